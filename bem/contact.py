@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from bem._support.interruption import interruptible
-from bem._support.jit import kernel
+from bem._support.jit import in_python, kernel
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
@@ -45,21 +45,16 @@ class _Moment(NamedTuple):
 
 
 @kernel
-def _proceed(problem: Problem, before: Progress, step: np.ndarray, work: np.ndarray, stop: np.ndarray) -> Progress:
-    """What follows a state, which stays as it is, in a `step` (3,): duration, and the control before and after."""
-    old, factor = before.memory, before.factor
-    memory = Memory(old.strengths, old.times, old.vectors.copy(), old.traction.copy(), old.steps.copy())
-    own = Factor(
-        factor.columns.copy(),
-        factor.pivots.copy(),
-        factor.by_traction.copy(),
-        factor.order.copy(),
-        factor.unstable.copy(),
-        factor.stiffness.copy(),
-    )
-    progress = Progress(before.state, memory, own, new_records(), before.mesh_chosen, COMPLETED)
+def _proceed(problem: Problem, progress: Progress, step: np.ndarray, work: np.ndarray, stop: np.ndarray) -> Progress:
+    """What follows a state in a `step` (3,): duration, and the control before and after."""
     segment = segment_of(problem, np.array([0.0, step[0]]), step[1:], 0, -1)
     return follow(problem, segment, progress, np.empty(0), stop, work)
+
+
+def _own(progress: Progress) -> Progress:
+    """The same state with arrays of its own, so that a step from it leaves it as it is."""
+    memory, factor = Memory(*map(np.copy, progress.memory)), Factor(*map(np.copy, progress.factor))
+    return progress._replace(memory=memory, factor=factor, records=in_python(new_records)())
 
 
 class Contact:
@@ -203,7 +198,7 @@ class Contact:
         work = new_work(MOST_WORK)
         work[STEPS] = now.steps
         values = np.array([step.duration, first, step.value])
-        progress = interruptible(_proceed, self._problems[step.name], now.progress, values, work)
+        progress = interruptible(_proceed, self._problems[step.name], _own(now.progress), values, work)
         spring = self._scene.spring
         stage = step.value if step.name == "indentation" else progress.state.depth
         if step.name == "force" and spring is not None:

@@ -123,12 +123,15 @@ def advance(solid: Solid, row: Row, heights: np.ndarray, depth: float, push: Pus
         pushed[j] = relaxed(push, solid.relaxations[j], 0.0, 0.0, step)
     held, memory, moduli, strengths = row.memory, new.memory, solid.moduli, solid.strengths
     for i in range(heights.size):
-        touching, load = row.touching[i], end - heights[i]
-        strain = load
-        for j in range(m):
-            memory[i, j] = kept[j] * held[i, j] + pushed[j] if touching else faded[j] * held[i, j]
-            load += moduli[j] * memory[i, j]
-            strain += strengths[j] * memory[i, j]
+        touching, load, strain = row.touching[i], end - heights[i], end - heights[i]
+        if touching:
+            for j in range(m):
+                memory[i, j] = kept[j] * held[i, j] + pushed[j]
+                load += moduli[j] * memory[i, j]
+        else:
+            for j in range(m):
+                memory[i, j] = faded[j] * held[i, j]
+                strain += strengths[j] * memory[i, j]
         if touching and load < 0.0:  # released within the step
             s = _release(solid, push, depth - heights[i], held[i], load, amplitudes)
             touching, strain = False, end - heights[i]

@@ -25,9 +25,3 @@ def elliptic_integrals(complement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         share = share + power * half_difference**2
     first = np.pi / (mean + root)  # the two differ by rounding now, and their next mean by its square
     return first, first * (1.0 - share)
-
-
-def elliptic_series(count: int = 120) -> np.ndarray:
-    """Coefficients c_n of K(t) = (pi/2) sum c_n t^(2n), c_n = ((2n-1)!! / (2n)!!)^2."""
-    n = np.arange(1, count)
-    return np.concatenate([[1.0], np.cumprod((2.0 * n - 1.0) / (2.0 * n))]) ** 2

@@ -7,8 +7,8 @@ the kernel (`bem.discretisation.influence`) from r outwards:
 
 Near x = s / r = 1 it is rho^2 (p(rho) + q(rho) log rho^2) (1 + x)^2 with rho = (x - 1) / (x + 1) and smooth p and q,
 because 1 - k^2 of the kernel is a function of rho^2 (Landen's transformation). Far inside it is odd powers of x, far
-outside powers of 1/x and a logarithm. The coefficients are fitted once, by least squares, to Gauss quadrature;
-`influence_matrix` is met to 1e-8.
+outside powers of 1/x and a logarithm. The coefficients are fitted once, by least squares, to Gauss quadrature. They
+also give the integrals of the kernel over loaded discs, A_n(x) = integral over (0, x) of t^(n+1) G(1, t) dt.
 Units: radii in spacings of a lattice.
 """
 
@@ -57,7 +57,8 @@ def kernel_series() -> np.ndarray:
     inside = _fitted(inside_basis, second_integral(small))
     outside_basis = small[:, None] ** np.concatenate([[0, -1], 2 + 2 * np.arange(_FAR_TERMS)])
     rest = second_integral(1.0 / small) - small**-2.0 - 0.5 * np.log(small)
-    outside = _fitted(outside_basis, rest)
+    # by relative errors, as the rest grows with the square of the radius
+    outside = _fitted(small[:, None] ** 2 * outside_basis, small**2 * rest)
     series = np.zeros((4, _NEAR_TERMS))
     series[0], series[1] = near[:_NEAR_TERMS] * scale, near[_NEAR_TERMS:] * scale
     series[2, : inside.size], series[3, : outside.size] = inside, outside
@@ -71,10 +72,10 @@ def _fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 @kernel
 def _second_integral(radius: float, places: np.ndarray, series: np.ndarray, out: np.ndarray) -> None:
-    """Psi(radius, s) for every s of `places` (N,), up to terms linear in s, into `out` (N,)."""
+    """Psi(radius, s) for every s of `places` (N,) float64, into `out` (N,); on the axis up to terms linear in s."""
     smooth, log, inside, outside = series[0], series[1], series[2], series[3]
     for j in range(places.size):
-        s = float(places[j])
+        s = places[j]
         difference, total = s - radius, s + radius
         if radius == 0.0:
             value = s * s
@@ -115,10 +116,10 @@ def hat_influence(places: np.ndarray, series: np.ndarray) -> np.ndarray:
         outer flank is one lattice spacing wide.
     """
     size = places.size
-    ends = np.empty(size + 1, dtype=np.int64)
+    ends = np.empty(size + 1)
     for j in range(size):
         ends[j] = places[j]
-    ends[size] = places[size - 1] + 1
+    ends[size] = ends[size - 1] + 1.0
     matrix, psi = np.empty((size, size)), np.empty(size + 1)
     for i in range(size):
         _second_integral(float(places[i]), ends, series, psi)
@@ -128,3 +129,30 @@ def hat_influence(places: np.ndarray, series: np.ndarray) -> np.ndarray:
             matrix[j, i] = slope - rise
             rise = slope
     return matrix
+
+
+def ring_moments(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals of the kernel over discs: uniform and linear traction of unit size inside `ratio`, seen from radius 1.
+
+    Args:
+        ratio: array of any shape, x = s / r >= 0, the outer radius of the loaded disc over the radius of observation.
+
+    Returns:
+        displacement at radius 1 under the tractions 1 and s on 0 < s < x, same shape.
+    """
+    x, series = np.asarray(ratio, dtype=np.float64), kernel_series()
+    uniform, linear, small = np.empty_like(x), np.empty_like(x), x * _FAR < 1.0
+    n = np.arange(1, 16)
+    powers = np.append(1.0, np.cumprod((2.0 * n - 1.0) / (2.0 * n)) ** 2)  # of K, over pi/2
+    inner, numbers = x[small], np.arange(powers.size)
+    for out, order in ((uniform, 2), (linear, 3)):
+        out[small] = 2.0 * inner**order * np.polynomial.polynomial.polyval(inner**2, powers / (2 * numbers + order))
+    outer = np.ascontiguousarray(x[~small])
+    larger, smaller, psi = np.maximum(outer, 1.0), np.minimum(outer, 1.0), np.empty_like(outer)
+    complement = (larger - smaller) * (larger + smaller) / larger**2
+    first, second = elliptic_integrals(complement)
+    uniform[~small] = 4.0 / np.pi * np.where(outer > 1.0, outer * second, second - complement * first)
+    _second_integral(1.0, outer, series, psi)
+    # Psi = x (A_0(x) - A_0(1)) - (A_1(x) - A_1(1)), and A_1(1) is Psi on the axis
+    linear[~small] = series[2, 0] + outer * (uniform[~small] - 4.0 / np.pi) - psi
+    return uniform, linear

@@ -12,6 +12,7 @@ Units: radii in beta; places in spacings of the lattice.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -69,7 +70,7 @@ def master_grid(
     """
     size, spacing, radius = _equal_spacing(tabor, peak_indentation, controls, remembers, exponent)
     if size <= LARGEST_GRID:
-        matrix = _MATRIX.of_size(256 * math.ceil(size / 256))
+        matrix = _matrix_of(math.ceil(size / 256))
         return Grid(size, spacing, np.arange(size), matrix, True, -math.inf, math.inf)
     step = 2 ** max(0, int(math.log2(controls.widest * 0.5 * radius / spacing)))
     last = step * math.ceil(size / step)
@@ -81,7 +82,7 @@ def master_grid(
 def widened(grid: Grid) -> tuple[Grid, Grid]:
     """An equally spaced grid, with one node more if it must, and one of twice the spacing that ends where it does."""
     size = grid.size // 2 + 1
-    matrix = _MATRIX.of_size(256 * math.ceil(2 * size / 256))
+    matrix = _matrix_of(math.ceil(2 * size / 256))
     grids = [grid._replace(size=n, places=np.arange(n), unit_influence=matrix) for n in (2 * size - 1, size)]
     return grids[0], grids[1]._replace(spacing=2.0 * grid.spacing)
 
@@ -111,21 +112,10 @@ def fixed_grid(size: int) -> Grid:
     return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), False, -math.inf, math.inf)
 
 
-class _LargestMatrix:
-    """Unit influence of any size: the largest matrix requested so far is kept, and smaller ones are its blocks."""
-
-    def __init__(self) -> None:
-        self._matrix = np.empty((0, 0))
-
-    def of_size(self, size: int) -> np.ndarray:
-        """Influence of radii 0, 1, 2, ..., a row for each node; of at least this many."""
-        matrix = self._matrix
-        if len(matrix) < size:
-            self._matrix = matrix = smooth_influence(unit_influence(size))
-        return matrix
-
-
-_MATRIX = _LargestMatrix()
+@functools.cache
+def _matrix_of(blocks: int) -> np.ndarray:
+    """Influence of radii 0, 1, 2, ..., a row for each node, of so many blocks of 256."""
+    return smooth_influence(unit_influence(256 * blocks))
 
 
 @kernel

@@ -56,13 +56,8 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
 
 
 def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
-    """A mesh of all of these radii, in use from beginning to end; empty where there are none."""
+    """A mesh of all of these radii (n,), in use from beginning to end; empty where there are none."""
     influence = tabor * np.ascontiguousarray(influence_matrix(radii).T) if radii.size else np.empty((0, 0))
-    return whole_mesh(radii, influence, remembers)
-
-
-def whole_mesh(radii: np.ndarray, influence: np.ndarray, remembers: bool = False) -> Mesh:
-    """A mesh of all of these radii (n,), whose `influence` (n, n) is known."""
     nodes, shares = np.arange(radii.size), np.zeros((radii.size, 4))
     shares[:, 0] = 1.0
     rows = influence if remembers else np.empty((0, radii.size))

@@ -80,6 +80,17 @@ _MOST_RING_NODES = 400  # falls narrower than 0.28 h0 would take a minute
 _PAST_FOLDS = 1.5  # contact radius beyond which nothing folds
 
 
+class Scaled(NamedTuple):
+    """The first n nodes of the mesh of a level, at a scale."""
+
+    radii: np.ndarray
+    weights: np.ndarray
+    influence: np.ndarray
+    level: int
+    n: int
+    scale: float
+
+
 class Contact(NamedTuple):
     """The point that is being solved; arrays (N,), of which the first n nodes of the mesh are in use."""
 
@@ -92,8 +103,15 @@ class Contact(NamedTuple):
 
 
 @kernel
-def _factorise(interface: Interface, influence: np.ndarray, load: float, held: int, n: int, contact: Contact) -> None:
-    below = pressed_below(interface.law)
+def _scaled(interface: Interface, meshes: ScaledMeshes, level: int, far_gap: float, scale: float) -> Scaled:
+    """The mesh of a level up to where the profile is a `far_gap` higher than at the contact radius `scale`."""
+    n = nodes_within(meshes, level, _reach(interface, far_gap, scale))
+    return Scaled(meshes.radii[level], meshes.weights[level], meshes.influence[level], level, n, scale)
+
+
+@kernel
+def _factorise(interface: Interface, mesh: Scaled, held: int, contact: Contact) -> None:
+    influence, load, n, below = mesh.influence, interface.tabor * mesh.scale, mesh.n, pressed_below(interface.law)
     for j in range(n):
         slope = interface.tabor * slope_at(interface.law, contact.gap[j])
         contact.pressed[j] = contact.gap[j] < below and j != held
@@ -138,19 +156,10 @@ def _lift(influence: np.ndarray, tractions: np.ndarray, n: int, out: np.ndarray)
 
 @kernel
 def _solve(
-    interface: Interface,
-    meshes: ScaledMeshes,
-    level: int,
-    n: int,
-    scale: float,
-    held: int,
-    depth: float,
-    settled: float,
-    contact: Contact,
-    work: np.ndarray,
+    interface: Interface, mesh: Scaled, held: int, depth: float, settled: float, contact: Contact, work: np.ndarray
 ) -> tuple[float, bool]:
     """The equilibrium with the gap of the node `held` as it is: its indentation, and whether it was found."""
-    tabor, influence, radii = interface.tabor, meshes.influence[level], meshes.radii[level]
+    tabor, influence, radii, n, scale = interface.tabor, mesh.influence, mesh.radii, mesh.n, mesh.scale
     correction, before, stale = np.empty(n), np.inf, True
     for _ in range(_MOST_ITERATIONS):
         if is_spent(work):
@@ -163,7 +172,7 @@ def _solve(
             for i in range(n):
                 correction[i] -= deviation(interface, scale * radii[i])
         if stale:
-            _factorise(interface, influence, tabor * scale, held, n, contact)
+            _factorise(interface, mesh, held, contact)
             count_factorisation(work, n)
         lu_solve(contact.columns, n, contact.pivots, correction)
         count_iteration(work, n, n)
@@ -183,21 +192,14 @@ def _solve(
 
 @kernel
 def _rates(
-    interface: Interface,
-    meshes: ScaledMeshes,
-    level: int,
-    n: int,
-    scale: float,
-    held: int,
-    scaling: bool,
-    contact: Contact,
+    interface: Interface, mesh: Scaled, held: int, scaling: bool, contact: Contact
 ) -> tuple[float, float, float]:
     """Force, and derivatives of force and gap on the axis; with them those of all unknowns, into `contact.rate`.
 
     Where the mesh is `scaling` they are derivatives with respect to its scale, else to the gap of the node `held`.
     """
-    tabor, law = interface.tabor, interface.law
-    influence, radii, weights, rate = meshes.influence[level], meshes.radii[level], meshes.weights[level], contact.rate
+    tabor, law, rate, n, scale = interface.tabor, interface.law, contact.rate, mesh.n, mesh.scale
+    influence, radii, weights = mesh.influence, mesh.radii, mesh.weights
     slopes, tractions, wanted, left = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     _lift(influence, contact.traction, n, left)
     for i in range(n):
@@ -227,52 +229,36 @@ def _rates(
         weight = weights[j] if j < last else weight_of_last(radii, n)
         total += weight * contact.traction[j]
         total_rate += weight * tractions[j]
-    force = scale * scale * total + tail_force_at(law, contact.gap[last])
-    force_rate = scale * scale * total_rate - 2.0 * traction_at(law, contact.gap[last]) * rate[last]
+    gap, radius = contact.gap[last], scale * radii[last]
+    share, tail, stress = tail_share(interface, radius, gap), tail_force_at(law, gap), traction_at(law, gap)
+    force_rate = scale * scale * total_rate - 2.0 * share * stress * rate[last]
+    if interface.exponent != PARABOLOID:
+        power = interface.exponent
+        bend = tail_bend(interface, radius) * radius ** (2.0 - power)
+        growth = ((2.0 - power) * share - power * bend * gap) / scale if scaling else 0.0
+        force_rate += (bend * rate[last] + growth) * tail
     axis_rate = 1.0 if held == 0 else rate[0] / slopes[0] if contact.pressed[0] else rate[0]
-    return force, force_rate + (2.0 * scale * total if scaling else 0.0), axis_rate
+    force_rate += 2.0 * scale * total if scaling else 0.0
+    return scale * scale * total + share * tail, force_rate, axis_rate
 
 
 @kernel
-def _beyond(
-    interface: Interface, meshes: ScaledMeshes, level: int, n: int, scale: float, scaling: bool, contact: Contact
-) -> tuple[float, float]:
-    """By how much the force beyond the mesh is larger than that of a paraboloid, and its rate as of `_rates`."""
-    power, gap, rate = interface.exponent, contact.gap[n - 1], contact.rate[n - 1]
-    if power == PARABOLOID:
-        return 0.0, 0.0
-    radius = scale * meshes.radii[level, n - 1]
-    share, bend = tail_share(interface, radius, gap), tail_bend(interface, radius) * radius ** (2.0 - power)
-    tail, stress = tail_force_at(interface.law, gap), traction_at(interface.law, gap)
-    growth = ((2.0 - power) * share - power * bend * gap) / scale if scaling else 0.0
-    return (share - 1.0) * tail, rate * (bend * tail - 2.0 * (share - 1.0) * stress) + growth * tail
-
-
-@kernel
-def _restore(
-    interface: Interface,
-    influence: np.ndarray,
-    gap: np.ndarray,
-    load: float,
-    held: int,
-    n: int,
-    contact: Contact,
-) -> None:
-    """The point whose gaps were kept, factorised."""
-    for j in range(n):
+def _restore(interface: Interface, mesh: Scaled, gap: np.ndarray, held: int, scaling: bool, contact: Contact) -> None:
+    """The point whose gaps were kept, with its rates."""
+    for j in range(mesh.n):
         _set_gap(interface, contact, j, gap[j])
-    _factorise(interface, influence, load, held, n, contact)
+    _factorise(interface, mesh, held, contact)
+    _rates(interface, mesh, held, scaling, contact)
 
 
 @kernel
-def _transfer(
-    interface: Interface, old: np.ndarray, old_n: int, new: np.ndarray, new_n: int, scale: float, contact: Contact
-) -> None:
-    """Gap and traction on the nodes `new`, from those on `old`; pressed surfaces by traction, others by gap."""
+def _transfer(interface: Interface, mesh: Scaled, onto: Scaled, contact: Contact) -> None:
+    """Gap and traction carried `onto` another mesh; pressed surfaces by traction, others by gap."""
     law, tabor, below = interface.law, interface.tabor, pressed_below(interface.law)
+    old, old_n, new, scale = mesh.radii, mesh.n, onto.radii, onto.scale
     gap, traction = contact.gap[:old_n].copy(), contact.traction[:old_n].copy()
     f = 0
-    for i in range(new_n):
+    for i in range(onto.n):
         x = new[i]
         while f < old_n - 2 and old[f + 1] <= x:
             f += 1
@@ -357,35 +343,29 @@ def follow(
     """
     law, tabor, peak = interface.law, interface.tabor, interface.law.peak_gap
     size = meshes.radii.shape[1]
-    contact = Contact(
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros(size),
-        np.zeros((size, size)),
-        np.zeros(size, np.int32),
-        np.zeros(size, np.bool_),
-    )
-    scale, level, edge_node = smallest_scale(tabor, interface.exponent), 0, meshes.edge_node[0]
-    n = nodes_within(meshes, 0, _reach(interface, controls.far_gap, scale))
-    depth, radii = 1.0 - controls.first_gap, meshes.radii[0]
-    for j in range(n):
+    vectors, pivots, pressed = np.zeros((3, size)), np.zeros(size, np.int32), np.zeros(size, np.bool_)
+    contact = Contact(vectors[0], vectors[1], vectors[2], np.zeros((size, size)), pivots, pressed)
+    scale, edge_node, depth = smallest_scale(tabor, interface.exponent), meshes.edge_node[0], 1.0 - controls.first_gap
+    mesh = _scaled(interface, meshes, 0, controls.far_gap, scale)
+    radii = mesh.radii
+    for j in range(mesh.n):
         above = deviation(interface, scale * radii[j])
         _set_gap(interface, contact, j, controls.first_gap + 0.5 * tabor * (scale * radii[j]) ** 2 + above)
     # Without contact; then with the edge at one node of the first mesh after the other, up to the last.
     strides = max(min(np.int64(np.ceil(1.0 / (controls.step * min(1.0, np.sqrt(tabor))))), edge_node), 1)
     count, held, before, wanted, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
     while True:
-        depth, found = _solve(interface, meshes, 0, n, scale, held, depth, controls.residual, contact, work)
+        depth, found = _solve(interface, mesh, held, depth, controls.residual, contact, work)
         if found:
-            force, force_rate, axis_rate = _rates(interface, meshes, 0, n, scale, held, False, contact)
-            beyond = _beyond(interface, meshes, 0, n, scale, False, contact)
+            force, force_rate, axis_rate = _rates(interface, mesh, held, False, contact)
             room = contact.gap[0] - law.floor
             point = points[count]
-            point["along"], point["indentation"], point["force"] = np.log(room), depth, force + beyond[0]
+            point["along"], point["indentation"], point["force"] = np.log(room), depth, force
             point["indentation_rate"] = contact.rate[held] * room / axis_rate
-            point["force_rate"] = (force_rate + beyond[1]) * room / axis_rate
-            point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale * radii[held], scale, 0, n
-            gaps[count, :n], works[count] = contact.gap[:n], work
+            point["force_rate"] = force_rate * room / axis_rate
+            point["contact_radius"], point["scale"] = scale * radii[held], scale
+            point["level"], point["nodes"] = 0, mesh.n
+            gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
             if count == _FAR_POINTS:
                 _far_apart(law, interface.exponent, points)
             count, before, tries = count + 1, held, 0
@@ -403,8 +383,7 @@ def follow(
             if count == _FAR_POINTS or tries > _MOST_TRIES or wanted == before + 1 or is_spent(work):
                 return count, False
             held = before
-            _restore(interface, meshes.influence[0], gaps[count - 1], tabor * scale, held, n, contact)
-            _rates(interface, meshes, 0, n, scale, held, False, contact)
+            _restore(interface, mesh, gaps[count - 1], held, False, contact)
             step *= 0.5
             wanted = (before + wanted + 1) // 2
         if wanted == 0:
@@ -415,7 +394,7 @@ def follow(
             gap = peak
             change = (peak - contact.gap[wanted]) / contact.rate[wanted]
         depth = points[count - 1]["indentation"] + contact.rate[held] * change
-        for j in range(n):
+        for j in range(mesh.n):
             if j == held:
                 _set_gap(interface, contact, j, contact.gap[j] + change)
             else:
@@ -424,44 +403,38 @@ def follow(
         _set_gap(interface, contact, held, gap)
     # The mesh grows with the contact.
     while count < points.size:
-        force, force_rate, _ = _rates(interface, meshes, level, n, scale, edge_node, True, contact)
-        beyond = _beyond(interface, meshes, level, n, scale, True, contact)
-        force += beyond[0]
-        point = points[count]
+        force, force_rate, _ = _rates(interface, mesh, edge_node, True, contact)
+        point, scale = points[count], mesh.scale
         point["along"], point["indentation"], point["force"] = scale, depth, force
-        point["indentation_rate"], point["force_rate"] = contact.rate[edge_node], force_rate + beyond[1]
-        point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale, scale, level, n
-        gaps[count, :n], works[count] = contact.gap[:n], work
+        point["indentation_rate"], point["force_rate"] = contact.rate[edge_node], force_rate
+        point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale, scale, mesh.level, mesh.n
+        gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
         count += 1
         if depth >= deepest and force < 0.0 and scale > _PAST_FOLDS:
             return count, True
         here, step = depth, controls.step * scale
         for _ in range(_MOST_TRIES):
             depth = here + contact.rate[edge_node] * step
-            for j in range(n):
+            for j in range(mesh.n):
                 if j != edge_node:
                     _change(interface, contact, j, contact.rate[j] * step)
-            radius = scale + step
-            new_level = level_of(radius, tabor, interface.exponent)
-            if new_level >= meshes.size.size:
+            level = level_of(scale + step, tabor, interface.exponent)
+            if level >= meshes.size.size:
                 return count, False
-            new_n = nodes_within(meshes, new_level, _reach(interface, controls.far_gap, radius))
-            if new_level != level:
-                _transfer(interface, meshes.radii[level], n, meshes.radii[new_level], new_n, radius, contact)
-            node = meshes.edge_node[new_level]
+            new = _scaled(interface, meshes, level, controls.far_gap, scale + step)
+            if level != mesh.level:
+                _transfer(interface, mesh, new, contact)
+            node = meshes.edge_node[level]
             _set_gap(interface, contact, node, peak)
-            depth, found = _solve(
-                interface, meshes, new_level, new_n, radius, node, depth, controls.residual, contact, work
-            )
+            depth, found = _solve(interface, new, node, depth, controls.residual, contact, work)
             if found or is_spent(work):
                 break
             work[REJECTIONS] += 1
-            _restore(interface, meshes.influence[level], gaps[count - 1], tabor * scale, edge_node, n, contact)
-            _rates(interface, meshes, level, n, scale, edge_node, True, contact)
+            _restore(interface, mesh, gaps[count - 1], edge_node, True, contact)
             step *= 0.5
         if not found:
             return count, False
-        scale, level, n, edge_node = radius, new_level, new_n, node
+        mesh, edge_node = new, node
     return count, False
 
 

@@ -45,6 +45,7 @@ class Reading(NamedTuple):
     place: np.ndarray  # number of a point, and the part of the way to the next
     control: np.ndarray
     energy: np.ndarray  # of the contact, from the first place on
+    state: np.ndarray  # (n, 3): indentation, force and contact radius
 
 
 @kernel
@@ -121,7 +122,7 @@ def _turns(first: float, first_rate: float, last: float, last_rate: float) -> tu
 def read(points: np.ndarray, device: LoadingDevice) -> Reading:
     """The curve `points` (m,) of `POINT`, as a device reads it."""
     size = (points.size - 1) * (_PARTS + 4) + 1
-    place, control, energy = np.empty(size), np.empty(size), np.zeros(size)
+    place, control, energy, state = np.empty(size), np.empty(size), np.zeros(size), np.empty((size, 3))
     parts = np.empty(_PARTS + 4)
     count = 0
     for i in range(points.size - 1):
@@ -145,10 +146,11 @@ def read(points: np.ndarray, device: LoadingDevice) -> Reading:
     place[count] = points.size - 1.0
     count += 1
     for k in range(count):
-        control[k] = _control_at(points, device, place[k])
+        state[k, 0], state[k, 1], state[k, 2] = state_at(points, place[k])
+        control[k] = _control_of(device, state[k, 0], state[k, 1])
         if k > 0:
             energy[k] = energy[k - 1] + _energy_between(points, place[k - 1], place[k])
-    return Reading(place[:count], control[:count], energy[:count])
+    return Reading(place[:count], control[:count], energy[:count], state[:count])
 
 
 @kernel
@@ -246,10 +248,11 @@ def _moved(
         if sign * (control - controls[1]) >= 0.0:
             place = _crossing(points, device, place, reading.place[k], controls[1])
             break
-        place, k = reading.place[k], k + sign
         if abs(control - last) > _ROUNDING * (1.0 + abs(last)):  # not so where a point is there twice
             instant = times[0] + (control - controls[0]) / (controls[1] - controls[0]) * (times[1] - times[0])
-            records, last = _recorded(points, records, instant, place), control
+            state, last = reading.state[k], control
+            records = with_record(records, instant, state[0], state[1], state[2])
+        place, k = reading.place[k], k + sign
     return place, _recorded(points, records, times[1], place), COMPLETED
 
 
@@ -341,9 +344,9 @@ def march_elastic(
         return Marched(*nothing, NO_EQUILIBRIUM)
     records, steps, energies, outcome = walk(points, device, times, controls)
     states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
-    for jump in jumps:
-        if not np.isnan(jump["indentation_after"]):
-            jump["eigenvalue_after"] = branch.smallest_eigenvalue(jump["eigenvalue_after"], device)
+    for k, after in enumerate(jumps["eigenvalue_after"].tolist()):
+        if after == after:  # the sphere has not flown off
+            jumps["eigenvalue_after"][k] = branch.smallest_eigenvalue(after, device)
     work[STEPS], work[FOLD_SOLVES] = states.size, jumps.size
     work[NODES] = round(states.size * np.mean(points["nodes"]))
     return Marched(states, jumps, work, steps, energies, outcome)

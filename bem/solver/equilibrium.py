@@ -33,8 +33,8 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, lu_factor, lu_solve
 from bem.solver.work import count_factorisation, count_iteration
-from bem.tractions import GAP_AT_PEAK, Interface, slope_at, tractions_of
-from bem.tractions.pressed import LARGEST_TENSION, changed_gap, pressed_below, pressed_gaps
+from bem.tractions import Interface, slope_at, tractions_of
+from bem.tractions.pressed import changed_gap, pressed_below, pressed_gaps
 
 _MOST_ITERATIONS = 14
 _MOST_FACTORISATIONS = 8
@@ -159,14 +159,7 @@ def _update(
     pressed_gaps(wanted, inside, gap, law, pressed)
     for j in range(gap.size):
         if by_traction[j]:
-            if law.tabulated:
-                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
-            elif wanted[j] > LARGEST_TENSION:
-                gap[j] = min(max(gap[j], 1.0) * 1.08, 1.15) if gap[j] < 1.1 else gap[j] * 1.05
-            elif gap[j] < 0.98 * GAP_AT_PEAK:
-                gap[j] = pressed[j]
-            else:
-                gap[j] *= 0.95
+            gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
         else:
             gap[j] += min(max(-correction[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
 
@@ -217,11 +210,9 @@ def solve_adhesive(
     for iteration in range(_MOST_ITERATIONS + 1):
         tractions_of(interface, gap, tractions)
         residual_of(influence, gap, tractions, response, rhs, residual)
-        worst = 0.0
-        for i in range(n):
-            worst = max(worst, abs(residual[i]))
-            if not abs(residual[i]) < 1e12:
-                return False
+        worst = np.max(np.abs(residual))
+        if not worst < 1e12:
+            return False
         known = factor.order[0] > 0
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
@@ -254,17 +245,6 @@ def solve_adhesive(
 
 
 @kernel
-def _list_nodes(closed: np.ndarray, inside: np.ndarray) -> int:
-    """Write the numbers of the closed nodes (n,) into `inside` (n,); return how many there are."""
-    count = 0
-    for i in range(closed.size):
-        if closed[i]:
-            inside[count] = i
-            count += 1
-    return count
-
-
-@kernel
 def solve_nonadhesive(
     influence: np.ndarray,
     rhs: np.ndarray,
@@ -286,15 +266,15 @@ def solve_nonadhesive(
     for i in range(n):
         closed[i] = tractions[i] < 0.0
         touching = touching or closed[i]
-    inside, pivots = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
-    pressure, columns = np.empty(n), np.empty((n, n))
+    pivots, pressure, columns = np.empty(n, dtype=np.int32), np.empty(n), np.empty((n, n))
     for _ in range(_MOST_ACTIVE_SETS):
         for i in range(n):
             if not touching:
                 closed[i] = rhs[i] < 1.0
             tractions[i], gap[i] = 0.0, 0.0
         touching = True
-        m = _list_nodes(closed, inside)
+        inside = np.flatnonzero(closed)
+        m = inside.size
         for j in range(m):
             pressure[j] = rhs[inside[j]] - 1.0
             for i in range(m):

@@ -31,19 +31,8 @@ from bem._support.linear_algebra import add_rows
 from bem.discretisation.mesh import Mesh
 from bem.discretisation.regrid import Remembered
 from bem.discretisation.state import State, state_of
-from bem.indenter import PARABOLOID
 from bem.solver.problem import LoadingDevice, Problem
-from bem.tractions import (
-    Interface,
-    reshape,
-    slope,
-    slope_at,
-    tail_force,
-    tail_force_at,
-    tail_share,
-    traction,
-    traction_at,
-)
+from bem.tractions import Interface, reshape, slope_at, tail_force_at, tail_share, traction_at
 
 _FAR = 1.5  # gap from which the force beyond a node follows the traction at the node
 
@@ -65,23 +54,10 @@ def tail_line(interface: Interface, gap: float) -> tuple[float, float]:
     """The force beyond the last node as a line in the traction there: its value without traction, and its weight."""
     if interface.nonadhesive:
         return 0.0, 0.0
-    tabor, law = interface.tabor, interface.law
-    if interface.exponent != PARABOLOID:
-        share, stress, stiffness = (
-            tail_share(interface, interface.reach, gap),
-            traction_at(law, gap),
-            slope_at(law, gap),
-        )
-        weight = -2.0 * share * stress / (tabor * stiffness) if gap >= _FAR and stiffness != 0.0 else 0.0
-        return share * tail_force_at(law, gap) - weight * tabor * stress, weight
-    if law.tabulated:
-        stress, stiffness = traction_at(law, gap), tabor * slope_at(law, gap)
-        weight = -2.0 * stress / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
-        return tail_force_at(law, gap) - weight * tabor * stress, weight
-    if gap < _FAR:
-        return tail_force(gap), 0.0
-    weight = -2.0 * traction(gap) / (tabor * slope(gap))  # the tail's slope over the gap is -2 sigma / mu
-    return tail_force(gap) - weight * tabor * traction(gap), weight
+    law, share = interface.law, tail_share(interface, interface.reach, gap)
+    stress, stiffness = traction_at(law, gap), interface.tabor * slope_at(law, gap)
+    weight = -2.0 * share * stress / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
+    return share * tail_force_at(law, gap) - weight * interface.tabor * stress, weight
 
 
 @kernel

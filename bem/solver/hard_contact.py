@@ -13,7 +13,7 @@ import numpy as np
 from bem._support.jit import in_python, kernel, kernel_part
 from bem.accuracy import Accuracy
 from bem.discretisation.elements import Places, Push, Row, Solid, advance, force_of_row, places_of, relaxed, solid_of
-from bem.indenter import PARABOLOID, depth_factor
+from bem.indenter import depth_factor
 from bem.protocol import ForceProtocol
 from bem.reference_solutions.hertz import contact_radius_from_indentation, load_factor
 from bem.scene import Scene
@@ -27,6 +27,7 @@ from bem.solver.records import (
     PROFILE,
     RECORD,
     Marched,
+    Records,
     new_records,
     with_record,
 )
@@ -45,6 +46,14 @@ class Device(NamedTuple):
 
     inward: float  # 0 where it is the force, with its sign changed, else 1
     compliance: float
+
+
+class Shape(NamedTuple):
+    """An elastic contact without adhesion."""
+
+    exponent: float  # n of the indenter
+    depth: float  # indentation over a^n
+    load: float  # compression over a^(n+1)
 
 
 class Rules(NamedTuple):
@@ -74,23 +83,25 @@ def follow_hard_contact(
     """
     by_force = isinstance(path, ForceProtocol)
     times, controls = np.array(path.times), np.array(-path.forces if by_force else path.indentations)
+    compliance = 1.0 if by_force else 0.0 if scene.spring is None else 1.0 / scene.spring
+    device = Device(0.0 if by_force else 1.0, compliance)
     parted = by_force and bool(controls.min() < 0.0)
     if parted:  # the contact ends where its force does
         first = int(np.argmax(controls < 0.0))
-        if first == 0:
-            return _marched(np.empty(0, RECORD), np.zeros(1, np.int64), DETACHED), "Hertz"
-        part = controls[first - 1] / (controls[first - 1] - controls[first])
-        times = np.append(times[:first], times[first - 1] + part * (times[first] - times[first - 1]))
-        controls = np.append(controls[:first], 0.0)
-        if not times[-1] > times[-2]:
-            times, controls = times[:-1], controls[:-1]
-        if times.size == 1:
-            touch = np.array([(times[0], 0.0, 0.0, 0.0)], RECORD)
-            return _marched(touch, np.zeros(1, np.int64), DETACHED), "Hertz"
-    compliance = 1.0 if by_force else 0.0 if scene.spring is None else 1.0 / scene.spring
-    device = Device(0.0 if by_force else 1.0, compliance)
-    if scene.material.strengths.size == 0:
-        found, rung = _hertz(scene, device, times, controls, accuracy.target), "Hertz"
+        part = controls[first - 1] / (controls[first - 1] - controls[first]) if first else 0.0
+        end = times[first - 1] + part * (times[first] - times[first - 1]) if first else times[0]
+        more = int(first > 0 and end > times[first - 1])
+        times, controls = np.append(times[:first], [end] * more), np.append(controls[:first], [0.0] * more)
+    if times.size < 2:
+        touch = np.zeros(times.size, RECORD)
+        touch["time"] = times
+        found, rung = (
+            Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED),
+            "Hertz",
+        )
+    elif scene.material.strengths.size == 0:
+        density = _RECORDS / accuracy.target**0.33
+        found, rung = follow_hertz(_shape_of(scene), device, times, controls, density), "Hertz"
     else:
         start = (deepest_indentation(scene, path), times, controls)
         found = _elements(scene, device, *start, accuracy.target, glassy, most_work, stop)
@@ -102,62 +113,75 @@ def follow_hard_contact(
     return found._replace(segment_steps=steps), rung
 
 
-def _radius(scene: Scene, device: Device, controls: np.ndarray, stiffness: float = 1.0) -> np.ndarray:
-    """Contact radii (s,) of an elastic contact under `controls` (s,), see `Device`; 0 where it is open."""
-    pressed, n = np.maximum(controls, 0.0), scene.exponent
-    rigid = contact_radius_from_indentation(pressed, scene.tabor, n)
-    steep = device.compliance * stiffness * load_factor(n)
+def _shape_of(scene: Scene, stiffness: float = 1.0) -> Shape:
+    factor = in_python(depth_factor)(scene.exponent)
+    return Shape(scene.exponent, scene.tabor * factor, stiffness * load_factor(scene.exponent))
+
+
+@kernel
+def _radius_under(shape: Shape, device: Device, control: float) -> float:
+    """Contact radius under a control, see `Device`; 0 where it is open."""
+    pressed, n = max(control, 0.0), shape.exponent
+    rigid, steep = (pressed / shape.depth) ** (1.0 / n), device.compliance * shape.load
     if steep == 0.0:
         return rigid
-    radius = np.cbrt(pressed / steep) if n == PARABOLOID else (pressed / steep) ** (1.0 / (n + 1.0))
-    if device.inward:
-        radius, depth = np.minimum(radius, rigid), scene.tabor * in_python(depth_factor)(n)
-        for _ in range(8 if n == PARABOLOID else 30):  # convex, from above
-            excess = depth * radius**n + steep * radius ** (n + 1.0) - pressed
-            slope = n * depth * radius ** (n - 1.0) + (n + 1.0) * steep * radius**n
-            radius -= excess / np.maximum(slope, 1e-300)
+    radius = (pressed / steep) ** (1.0 / (n + 1.0))
+    if device.inward > 0.0:
+        radius = min(radius, rigid)
+        for _ in range(30):  # Newton's method: convex, from above
+            excess = shape.depth * radius**n + steep * radius ** (n + 1.0) - pressed
+            slope = n * shape.depth * radius ** (n - 1.0) + (n + 1.0) * steep * radius**n
+            change = excess / max(slope, 1e-300)
+            radius -= change
+            if abs(change) <= 1e-15 * radius:
+                break
     return radius
 
 
-def _hertz(scene: Scene, device: Device, times: np.ndarray, controls: np.ndarray, target: float) -> Marched:
-    """Hertz's formula at radii dense enough for the monotone cubics between the records."""
-    n, depth = scene.exponent, scene.tabor * in_python(depth_factor)(scene.exponent)
-    instants, values = times, controls
-    crossed = np.flatnonzero(controls[:-1] * controls[1:] < 0.0)
-    if crossed.size:
-        part = controls[crossed] / (controls[crossed] - controls[crossed + 1])
-        instants = np.insert(times, crossed + 1, times[crossed] + part * (times[crossed + 1] - times[crossed]))
-        values = np.insert(controls, crossed + 1, 0.0)
-    corners = _radius(scene, device, values)
-    changes = np.diff(corners)
-    counts = np.ceil(_RECORDS / target**0.33 * np.abs(changes) / max(corners.max(), 1e-300)).astype(np.int64)
-    counts = np.maximum(counts, 1)
-    segment = np.repeat(np.arange(counts.size), counts)
-    ends = np.cumsum(counts)
-    part = (np.arange(1, ends[-1] + 1) - np.repeat(ends - counts, counts)) / counts[segment]
-    radius = np.append(corners[0], corners[segment] + changes[segment] * part)
-    force = 0.0 - load_factor(n) * radius ** (n + 1.0)  # no negative zero
-    control = device.inward * depth * radius**n - device.compliance * force
-    first, last = values[:-1][segment], values[1:][segment]
-    along = changes[segment] != 0.0
-    part[along] = (control[1:][along] - first[along]) / (last - first)[along]
-    part[ends - 1] = 1.0
-    records = np.empty(radius.size, RECORD)
-    records["time"] = np.append(times[0], instants[:-1][segment] + np.diff(instants)[segment] * part)
-    records["time"][ends] = instants[1:]
-    control = np.append(values[0], first + (last - first) * part)
-    records["indentation"] = control + device.compliance * force if device.inward else depth * radius**n
-    records["force"], records["contact_radius"] = force, radius
-    factor = 2.0 * in_python(depth_factor)(n) * n * n / ((n + 1.0) * (2.0 * n + 1.0) * math.pi)
-    energies = factor * depth * radius[[0, -1]] ** (2.0 * n + 1.0)
-    whole = np.searchsorted(instants, times)  # of each corner of the protocol
-    return _marched(records, np.diff(np.append(0, ends)[whole]), COMPLETED)._replace(energies=energies)
+@kernel
+def _with_radius(records: Records, shape: Shape, device: Device, time: float, control: float, radius: float) -> Records:
+    """The records with the elastic contact of one more radius."""
+    force = 0.0 - shape.load * radius ** (shape.exponent + 1.0)  # no negative zero
+    depth = control + device.compliance * force if device.inward > 0.0 else shape.depth * radius**shape.exponent
+    return with_record(records, time, depth, force, radius)
 
 
-def _marched(records: np.ndarray, segment_steps: np.ndarray, outcome: int) -> Marched:
-    work = new_work()
-    work[STEPS], work[MULTIPLY_ADDS] = segment_steps.sum(), 30 * len(records)
-    return Marched(records, np.empty(0, JUMP), work, segment_steps, np.zeros(2), outcome)
+@kernel
+def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.ndarray, density: float) -> Marched:
+    """Follow a history, as `follow_elements`, of an elastic contact by Hertz's formula.
+
+    `density` is the number of records along the largest radius, enough for the monotone cubics between them.
+    """
+    records, steps, energies, largest = new_records(), np.zeros(times.size - 1, np.int64), np.zeros(2), 1e-300
+    for control in controls:
+        largest = max(largest, _radius_under(shape, device, control))
+    n, last = shape.exponent, _radius_under(shape, device, controls[0])
+    stored = shape.depth * shape.load * n / (2.0 * n + 1.0)
+    energies[0] = stored * last ** (2.0 * n + 1.0)
+    records = _with_radius(records, shape, device, times[0], controls[0], last)
+    for s in range(steps.size):
+        begin, first = times[s], controls[s]
+        meets = controls[s] * controls[s + 1] < 0.0  # or parts: both pieces of the segment are followed
+        for piece in range(2 if meets else 1):
+            end, control = times[s + 1], controls[s + 1]
+            if meets and piece == 0:
+                end, control = begin + first / (first - control) * (end - begin), 0.0
+            radius_before, last = last, _radius_under(shape, device, control)
+            count = max(np.int64(np.ceil(density * abs(last - radius_before) / largest)), 1)
+            for k in range(1, count):
+                radius = radius_before + (last - radius_before) * (k / count)
+                reached = device.inward * shape.depth * radius**n
+                reached += device.compliance * shape.load * radius ** (n + 1.0)
+                part = (reached - first) / (control - first)
+                instant, value = begin + (end - begin) * part, first + (control - first) * part
+                records = _with_radius(records, shape, device, instant, value, radius)
+            records = _with_radius(records, shape, device, end, control, last)
+            steps[s] += count
+            begin, first = end, control
+    energies[1] = stored * last ** (2.0 * n + 1.0)
+    work, states = new_work(), records.states[: records.filled[0]]
+    work[STEPS], work[MULTIPLY_ADDS] = np.sum(steps), 30 * states.size
+    return Marched(states, np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
 
 
 def _elements(
@@ -174,9 +198,9 @@ def _elements(
     """The row of elements, which reaches as far as the contact does."""
     solid = solid_of(scene.material)
     stiffness = solid.glassy if glassy else 1.0
-    n, softness = scene.exponent, scene.tabor * in_python(depth_factor)(scene.exponent)
-    first = _radius(scene, device, controls[:1], stiffness)[0]
-    depth = softness * first**n if first > 0.0 or not device.inward else controls[0]
+    n, shape = scene.exponent, _shape_of(scene, stiffness)
+    first = in_python(_radius_under)(shape, device, float(controls[0]))
+    depth = shape.depth * first**n if first > 0.0 or not device.inward else float(controls[0])
     # Forces are exact where the indentation is known, and only the curve between them must be resolved.
     allowed = 0.5 * target**0.9 if device.inward else 0.6 * target**1.08
     count = math.ceil(_ELEMENTS / math.sqrt(target))

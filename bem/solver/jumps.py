@@ -74,10 +74,7 @@ def settle(
             return False
         tractions_of(interface, gap, tractions)
         residual_of(influence, gap, tractions, response, rhs, residual)
-        worst = 0.0
-        for i in range(n):
-            worst = max(worst, abs(residual[i]))
-        largest = 0.0
+        worst, largest = np.max(np.abs(residual)), 0.0
         for _ in range(60):
             jacobian(interface, influence, gap, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)

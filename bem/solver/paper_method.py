@@ -145,9 +145,7 @@ def _newton(
     for _ in range(MOST_ITERATIONS):
         tractions_of(interface, gap, tractions)
         residual_of(mesh.influence, gap, tractions, response, rhs, residual)
-        worst = 0.0
-        for i in range(n):
-            worst = max(worst, abs(residual[i]))
+        worst = np.max(np.abs(residual))
         if worst < RESIDUAL * min(1.0, 10.0 * response):
             return True
         if not worst < 1e12 or stop[0] != 0:

@@ -145,9 +145,10 @@ def deepest_indentation(scene: Scene, path: Path) -> float:
     if scene.spring is None:
         return top
     # Newton's method for delta = top + (tension - F_Hertz(delta)) / k, which is convex, from an upper bound.
-    depth, rise, softness = top + tension / scene.spring, 1.0 + 1.0 / shape, in_python(depth_factor)(shape)
+    depth, rise, load = top + tension / scene.spring, 1.0 + 1.0 / shape, hertz.load_factor(shape)
+    softness = in_python(depth_factor)(shape)
     for _ in range(100):
-        force = hertz.load_factor(shape) * (max(depth, 0.0) / scene.tabor / softness) ** rise
+        force = load * (max(depth, 0.0) / scene.tabor / softness) ** rise
         excess = depth - top - (tension - force) / scene.spring
         change = excess / (1.0 + rise * force / max(depth, 1e-300) / scene.spring)
         depth -= change

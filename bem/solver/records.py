@@ -102,12 +102,8 @@ def with_jump(
     filled = records.filled
     jumps = _with_room(records.jumps, filled[1])
     row = jumps[filled[1]]
-    row["time"], row["indentation"], row["energy_lost"], row["indentation_after"] = (
-        time,
-        depth,
-        energy_lost,
-        depth_after,
-    )
+    row["time"], row["indentation"] = time, depth
+    row["energy_lost"], row["indentation_after"] = energy_lost, depth_after
     row["force_before"], row["force_after"] = forces
     row["eigenvalue_before"], row["eigenvalue_after"] = eigenvalues
     filled[1] += 1

@@ -123,8 +123,7 @@ def simulate(
             result, rung = interruptible(follow_hard_contact, *request)
         else:  # over before a thread has begun
             result, rung = follow_hard_contact(*request, np.zeros(1, np.uint8))
-        found = _trajectory(scene, path, target.target, result, budget, rung)
-        return replace(found, stats=replace(found.stats, seconds=time.perf_counter() - started))
+        return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
     instants = np.empty(0)
     if isinstance(profiles, int):
         count = int(finite_number("profiles", profiles, low=2, high=MOST_PROFILES))
@@ -163,8 +162,7 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
         return _not_started(str(error), target.target, 0)
     if result.outcome == NO_EQUILIBRIUM:
         return None
-    found = _trajectory(scene, path, target.target, result, budget, "elastic branch")
-    return replace(found, stats=replace(found.stats, seconds=time.perf_counter() - started))
+    return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
 
 
 def _followed(
@@ -195,7 +193,7 @@ def _followed(
         if stop[0] or result.outcome in _LAST:
             break
     failed = attempts - (result.outcome in _LAST)
-    found = _trajectory(scene, path, aim, result, budget, "boundary elements")
+    found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
         found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
     stats = replace(
@@ -204,7 +202,6 @@ def _followed(
         attempts=attempts,
         failed_attempts=failed,
         multiply_adds=spent,
-        seconds=seconds,
     )
     status = found.status
     if attempts > 1:
@@ -221,7 +218,8 @@ def load_kernels() -> None:
     problem = problem_of(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5))
     interruptible(march, problem, *prescribed(path), np.empty(0), False, 1e4)
     soft = Scene(tabor=1.0, material=StandardLinearSolid(0.5), adhesion=HardContact())
-    interruptible(follow_hard_contact, soft, path, resolve_accuracy("draft"), False, 1e4)
+    for one in (scene, soft):
+        interruptible(follow_hard_contact, one, path, resolve_accuracy("draft"), False, 1e4)
     march_elastic(Scene(tabor=1.0), path, resolve_accuracy("draft"), *prescribed(path), MOST_WORK)
     note_compilation()
 
@@ -235,9 +233,8 @@ def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "st
         return 0
     path = history_of(protocol, scene.tabor)
     problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
-    return work_by_name(interruptible(march, problem, *prescribed(path), np.empty(0), False, MOST_WORK).work)[
-        "unstable"
-    ]
+    result = interruptible(march, problem, *prescribed(path), np.empty(0), False, MOST_WORK)
+    return work_by_name(result.work)["unstable"]
 
 
 def prescribed(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -245,7 +242,9 @@ def prescribed(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return np.array(path.times), np.array(path.forces if isinstance(path, ForceProtocol) else path.indentations)
 
 
-def _trajectory(scene: Scene, path: Path, target: float, result: Marched, budget: float, rung: str) -> Trajectory:
+def _trajectory(
+    scene: Scene, path: Path, target: float, result: Marched, budget: float, rung: str, seconds: float
+) -> Trajectory:
     records, jumps = result.records, result.jumps
     work, terms = work_by_name(result.work), scene.material.strengths.size
     counts: dict[str, Any] = {name: work[name] for name in _STATISTICS}
@@ -257,6 +256,7 @@ def _trajectory(scene: Scene, path: Path, target: float, result: Marched, budget
         nodes=work["nodes"] / max(work["steps"], 1),
         unknowns_per_solve=work["unknowns"] / max(work["iterations"], 1),
         multiply_adds=work["multiply_adds"],
+        seconds=seconds,
     )
     status = REASONS[result.outcome].format(budget)
     if not len(records):

@@ -117,26 +117,6 @@ def _within(step: float, now: float, until: float) -> tuple[float, float]:
 
 
 @kernel_part
-def _first_state(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> tuple[State, bool]:
-    """The equilibrium from which the protocol starts, and whether there is one."""
-    interface, tabor = problem.interface, problem.interface.tabor
-    mesh = first_mesh(problem.interface, problem.controls, problem.scheme)
-    depth = control
-    if problem.device.by_force:  # that of Hertz, in contact
-        part = interface.exponent / (interface.exponent + 1.0)
-        factor = depth_factor(interface.exponent)
-        depth = tabor * factor * (0.5 * np.pi / (part * factor) * max(-control, 0.0)) ** part
-    gap = np.empty(mesh.radii.size)
-    for i in range(gap.size):
-        sphere = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 + deviation(interface, mesh.radii[i])
-        gap[i] = max(sphere, 1.0 if interface.nonadhesive else 0.95)
-    start = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
-    nothing = np.zeros(mesh.grid.size if problem.strengths.size > 0 else 0)
-    response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
-    return equilibrate(problem, start, control, Remembered(nothing, response), work)
-
-
-@kernel_part
 def _jumped(problem: Problem, before: State, after: State) -> bool:
     """Whether the contact changed to another branch."""
     if problem.interface.nonadhesive:
@@ -273,7 +253,21 @@ def follow(
 @kernel
 def start(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> Progress:
     """The equilibrium from which a protocol begins; its `outcome` says whether there is one."""
-    state, solved = _first_state(problem, control, glassy, work)
+    interface, tabor = problem.interface, problem.interface.tabor
+    mesh = first_mesh(problem.interface, problem.controls, problem.scheme)
+    depth = control
+    if problem.device.by_force:  # that of Hertz, in contact
+        part = interface.exponent / (interface.exponent + 1.0)
+        factor = depth_factor(interface.exponent)
+        depth = tabor * factor * (0.5 * np.pi / (part * factor) * max(-control, 0.0)) ** part
+    gap = np.empty(mesh.radii.size)
+    for i in range(gap.size):
+        sphere = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 + deviation(interface, mesh.radii[i])
+        gap[i] = max(sphere, 1.0 if interface.nonadhesive else 0.95)
+    begin = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
+    nothing = np.zeros(mesh.grid.size if problem.strengths.size > 0 else 0)
+    response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
+    state, solved = equilibrate(problem, begin, control, Remembered(nothing, response), work)
     gone = has_flown_off(problem, control, state.force)
     outcome = COMPLETED if solved else DETACHED if gone else OUT_OF_WORK if is_spent(work) else NO_EQUILIBRIUM
     memory = new_memory(problem.strengths, problem.times, state.mesh.grid.size)

@@ -22,7 +22,7 @@ from bem._support.linear_algebra import dot
 from bem.indenter import PARABOLOID
 from bem.tractions.law import Law, potential_at, tail_energy_at, tail_force_at, traction_at
 from bem.tractions.laws import HardContact, LennardJones, TractionLaw, law_of
-from bem.tractions.lennard_jones import tail_energy, tail_force, traction
+from bem.tractions.lennard_jones import traction
 
 
 class Interface(NamedTuple):
@@ -63,6 +63,8 @@ def tail_share(interface: Interface, radius: float, gap: float) -> float:
 
     For a traction that falls as h^-3; exact for the cone, and for all where the surfaces just touch.
     """
+    if interface.exponent == PARABOLOID:
+        return 1.0
     return radius ** (2.0 - interface.exponent) * (1.0 + tail_bend(interface, radius) * gap)
 
 
@@ -89,14 +91,9 @@ def force_of(interface: Interface, weights: np.ndarray, gap: np.ndarray, tractio
     """Force P, with the closed-form tail beyond the last node; all arrays (n,)."""
     if interface.nonadhesive:
         return dot(weights, tractions)
-    if interface.exponent != PARABOLOID:
-        last = gap[gap.size - 1]
-        return dot(weights, tractions) + tail_share(interface, interface.reach, last) * tail_force_at(
-            interface.law, last
-        )
-    if interface.law.tabulated:
-        return dot(weights, tractions) + tail_force_at(interface.law, gap[gap.size - 1])
-    return dot(weights, tractions) + tail_force(gap[gap.size - 1])
+    last = gap[gap.size - 1]
+    tail = tail_share(interface, interface.reach, last) * tail_force_at(interface.law, last)
+    return dot(weights, tractions) + tail
 
 
 @kernel
@@ -113,10 +110,9 @@ def stored_energy(
         total += weights[i] * (surface + 0.5 * tractions[i] * lifted)
     if interface.nonadhesive:
         return total
+    last = gap[gap.size - 1]
+    beyond = tail_energy_at(law, last)
     if interface.exponent != PARABOLOID:  # up to a constant
-        last, bend = gap[gap.size - 1], 0.0 if law.tabulated else 8.0 / 3.0 * tail_bend(interface, interface.reach)
-        beyond = tail_energy_at(law, last) + bend * np.log(last)
-        return total + interface.reach ** (2.0 - interface.exponent) * beyond
-    if law.tabulated:
-        return total + tail_energy_at(law, gap[gap.size - 1])
-    return total + tail_energy(gap[gap.size - 1])
+        bend = 0.0 if law.tabulated else 8.0 / 3.0 * tail_bend(interface, interface.reach)
+        beyond = interface.reach ** (2.0 - interface.exponent) * (beyond + bend * np.log(last))
+    return total + beyond
