@@ -37,8 +37,10 @@ UNSEEN = 1e3
 RESULTS = ("pull_off", "pull_off_time", "hysteresis")
 BANDS = ("force", "curve")
 """Intervals of results, and bands of the scaled force: at each step by itself, and of all steps at once."""
-_LEAST = 1e-4  # of a quantity, for its logarithm
-_FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
+LEAST = 1e-4
+"""Of a quantity, for its logarithm."""
+FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
+"""Places that each term of the expected error multiplies, shape (3, 120); the first place is 1."""
 
 
 @dataclass(frozen=True)
@@ -114,12 +116,17 @@ class Bands:
         Returns:
             Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
         """
-        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
-        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
-        table = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
+        table = self.quantiles_at(coverage)
         half, group = _half_widths(*_placed(known, self.ranges), self.coefficients, self.edges, table)
         found, shape = dict(zip((*RESULTS, *BANDS), half, strict=True)), self.shape[group[len(RESULTS)]]
         return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
+
+    def quantiles_at(self, coverage: float) -> np.ndarray:
+        """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CORNERS + GROUPS)`."""
+        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
+        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
+        found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
+        return found
 
     @property
     def largest_coverage(self) -> float:
@@ -227,20 +234,20 @@ def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarr
         shape (batch, 120); and the number of the corner, -1 outside all of them, shape (batch,).
     """
     batch, count = known.shape
-    terms, corner = np.ones((batch, _FACTORS.shape[1])), np.empty(batch, np.int64)
+    terms, corner = np.ones((batch, FACTORS.shape[1])), np.empty(batch, np.int64)
     places = np.ones(count + 1)
     for row in range(batch):
         number, outermost = 0, True
         for i in range(count - 1):
             low, high = math.log(bounds[i, 0]), math.log(bounds[i, 1])
-            place = (2.0 * math.log(max(known[row, i], _LEAST)) - low - high) / (high - low)
+            place = (2.0 * math.log(max(known[row, i], LEAST)) - low - high) / (high - low)
             places[i + 1] = place = min(max(place, -1.0), 1.0)
             number += (place > 0.0) << i
             outermost = outermost and abs(place) >= 1.0 - 2.0 * OUTERMOST - 1e-9
-        places[count] = 1.0 + math.log(max(known[row, count - 1], _LEAST)) / 4.0
+        places[count] = 1.0 + math.log(max(known[row, count - 1], LEAST)) / 4.0
         corner[row] = number if outermost else -1
         for term in range(terms.shape[1]):
-            for factor in _FACTORS[:, term]:
+            for factor in FACTORS[:, term]:
                 terms[row, term] *= places[factor]
     return terms, corner
 
