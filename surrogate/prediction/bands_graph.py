@@ -16,7 +16,7 @@ from bem.protocol import default_start_indentation
 from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO
 from surrogate.export.onnx_graph import OnnxGraph, Value
-from surrogate.prediction.bands import BANDS, CORNERS, FACTORS, KNOWN, LEAST, RESULTS, Bands
+from surrogate.prediction.bands import BANDS, CORNERS, FACTORS, GROUPS, KNOWN, LEAST, NEARLY_ELASTIC, RESULTS, Bands
 from surrogate.prediction.validity import RANGE_TOLERANCE, START_TOLERANCE
 
 COVERAGE = 0.9
@@ -144,6 +144,8 @@ def _half_widths(graph: OnnxGraph, known: Value, bands: Bands) -> tuple[Value, V
     least = graph.add("ReduceMin", graph.add("Abs", places), axes=[1])
     corner = graph.add("ReduceSum", bits, [1])
     cell = graph.add("Where", least > 1.0 - 2.0 * OUTERMOST - 1e-9, corner, group + CORNERS)
+    for number, ratio in enumerate(NEARLY_ELASTIC):
+        cell = graph.add("Where", known.pick(KNOWN.index("modulus_ratio")) < ratio, cell, CORNERS + GROUPS + number)
     table = bands.quantiles_at(COVERAGE)
     kinds, cells = table.shape
     rows = cell + [cells * kind for kind in range(kinds)]
