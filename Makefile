@@ -172,6 +172,7 @@ ANY_SOLID = $(VENV)/bin/bem campaign --modulus-ratio 0.01:1 --steps physical
 $(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) --design sobol --count 236016
 $(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) --design edges --count 150000 --seed 1
 $(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) --design corners --count 32000 --seed 2
+$(OUT)/dataset/any_solid_elastic.h5: CAMPAIGN = $(VENV)/bin/bem campaign --modulus-ratio 0.95:1 --steps physical --design sobol --count 12000 --seed 3
 
 RECIPE ?= swift
 JOBS ?= 2
@@ -211,9 +212,10 @@ more-models: $(MORE_MODELS)  ## The four targets above: another recipe, fewer an
 
 PRETRAINED ?= fast accurate
 START ?= $(PUBLISHED)/pretrained
-pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5)  ## Train `fast` and `accurate` on from START (START=no: anew) and publish them (simulates 418,016 trajectories first)
+pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5 _elastic.h5)  ## Train `fast` and `accurate` on from START (START=no: anew) and publish them (simulates 430,016 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --box $(OUT)/dataset/any_solid.h5 \
-		--edges $(OUT)/dataset/any_solid_edges.h5 --corners $(OUT)/dataset/any_solid_corners.h5 --runs $(OUT)/pretrained \
+		--edges $(OUT)/dataset/any_solid_edges.h5 --corners $(OUT)/dataset/any_solid_corners.h5 \
+		--elastic $(OUT)/dataset/any_solid_elastic.h5 --runs $(OUT)/pretrained \
 		--publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(START))) $(addprefix --epochs ,$(EPOCHS))
 	$(SUMS) $(PUBLISHED)/pretrained
 

@@ -1,4 +1,4 @@
-"""The Keras backend: its start, its threads, its versions, and whether it has a fused LSTM."""
+"""The Keras backend: its start, its threads and its versions."""
 
 from __future__ import annotations
 
@@ -66,25 +66,6 @@ def silent_stderr() -> Iterator[None]:
         finally:
             os.dup2(shown, 2)
             os.close(shown)
-
-
-def has_fused_lstm() -> bool:
-    """Return whether an LSTM trains as one fused kernel here instead of step by step.
-
-    Under PyTorch it always does (`surrogate.training.torch_lstm`). Under other backends a private function of Keras
-    checks arguments and device; this function calls it, and returns False if it does not exist.
-    """
-    import keras
-
-    if keras.backend.backend() == "torch":
-        return True
-    try:
-        module = importlib.import_module(f"keras.src.backend.{keras.backend.backend()}.rnn")
-        # The private function compares functions, not names.
-        tanh, sigmoid = keras.activations.tanh, keras.activations.sigmoid
-        return bool(module.cudnn_ok(tanh, sigmoid, unroll=False, use_bias=True))
-    except (ImportError, AttributeError, TypeError):
-        return False
 
 
 def versions() -> dict[str, str]:

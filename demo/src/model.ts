@@ -6,10 +6,9 @@
 
 import * as ort from "onnxruntime-web/wasm";
 
-import { halfWidths } from "./bands";
 import type { CurveSet } from "./curves";
 import { fetchFile } from "./files";
-import { hysteresis, pullOff, smoothHysteresis, smoothPullOff, type PullOff } from "./measures";
+import { hysteresis, pullOff, type PullOff } from "./measures";
 import { readDescription, type Description } from "./model_file";
 import { physicalGrid } from "./physical_steps";
 import { measurementGrid, QUANTITIES, type Counts, type Grid, type Protocol, type Quantity } from "./protocol";
@@ -17,7 +16,10 @@ import { Trouble } from "./trouble";
 
 const INPUTS = ["times", "indentations", "tabor", "edge"];
 const OUTPUT = "force";
-/** Share of true values that the bands are to contain. */
+/** What files of pretrained models compute besides. */
+const BAND = ["force_lower", "force_upper", "pull_off_interval"] as const;
+const RESULTS = ["pull_off_force", "pull_off_time", "hysteresis"] as const;
+/** Share of true values that the bands of these files contain. */
 export const COVERAGE = 0.9;
 // As in `surrogate/prediction/validity.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
@@ -44,10 +46,6 @@ export interface Prediction {
   milliseconds: number;
 }
 
-/** The symmetric logarithm of `surrogate/data/scaling.py`, and its inverse. */
-const symlog = (value: number) => Math.sign(value) * Math.log1p(Math.abs(value));
-const symexp = (value: number) => Math.sign(value) * Math.expm1(Math.abs(value));
-
 export class Model {
   private idle: Promise<unknown> = Promise.resolve();
 
@@ -68,7 +66,7 @@ export class Model {
 
   /** Whether it knows any standard linear solid, and its uncertainty. */
   get banded(): boolean {
-    return this.about.bands !== undefined;
+    return this.about.counts !== undefined;
   }
 
   /**
@@ -97,10 +95,12 @@ export class Model {
         `The model could not be started: ${runtime} or ${url} is damaged, or this browser is too old for them.`,
       );
     }
-    const inputs = about.bands ? [...INPUTS, "modulus_ratio"] : INPUTS;
-    const wanted = [...inputs, OUTPUT].join(", ");
+    const inputs = about.counts ? [...INPUTS, "modulus_ratio"] : INPUTS;
+    const outputs = about.counts ? [OUTPUT, ...RESULTS, ...BAND] : [OUTPUT];
+    const wanted = [...inputs, ...outputs].join(", ");
     const found = [...session.inputNames, ...session.outputNames].join(", ");
-    if ([...session.inputNames].sort().join() !== [...inputs].sort().join() || session.outputNames[0] !== OUTPUT) {
+    const ours = [...session.inputNames].sort().join() === [...inputs].sort().join();
+    if (!ours || !outputs.every((name) => session.outputNames.includes(name))) {
       throw new Trouble(`${url} is not a surrogate of this project: expected ${wanted}, received ${found}.`);
     }
     const model = new Model(session, about, counts);
@@ -156,35 +156,37 @@ export class Model {
       ...(this.banded && { modulus_ratio: each("modulus_ratio") }),
     };
     const begin = performance.now();
-    const { [OUTPUT]: output } = await this.session.run(feeds);
+    const outputs = await this.session.run(feeds);
     const milliseconds = performance.now() - begin;
-    const force = Float64Array.from(output!.data as Float64Array | Float32Array);
-    if (!force.every(Number.isFinite)) {
+    /** One row of an output. */
+    const part = (name: string, row: number) => {
+      const { data, dims } = outputs[name]!;
+      const width = dims[1] ?? 1;
+      return Float64Array.from((data as Float64Array | Float32Array).subarray(row * width, (row + 1) * width));
+    };
+    if (!(outputs[OUTPUT]!.data as Float64Array).every(Number.isFinite)) {
       throw new Trouble("These phases are too different in length for the measurement steps to be told apart.");
     }
     return protocols.map((protocol, row) => ({
       grid: grids[row]!,
       milliseconds,
-      ...this.results(protocol, grids[row]!, force.slice(row * steps, (row + 1) * steps)),
+      ...this.results(protocol, grids[row]!, (name) => part(name, row)),
     }));
   }
 
-  private results(protocol: Protocol, grid: Grid, force: Float64Array) {
-    const { bands, force: scale } = this.about;
-    if (!bands) return { force, pullOff: pullOff(grid, force), hysteresis: hysteresis(grid, force) };
-    const top = smoothPullOff(grid, force);
-    const found = { force, pullOff: top, hysteresis: smoothHysteresis(grid, force) };
+  private results(protocol: Protocol, grid: Grid, part: (name: string) => Float64Array) {
+    const force = part(OUTPUT);
+    const highest = pullOff(grid, force);
+    if (!this.banded) return { force, pullOff: highest, hysteresis: hysteresis(grid, force) };
+    const [top, time, area] = RESULTS.map((name) => part(name)[0]!) as [number, number, number];
+    let [lower, upper, interval] = BAND.map(part) as [Float64Array, Float64Array, Float64Array];
+    // Also where a dwell was too short, and the shortest one was computed.
     if (this.outside(protocol).length) {
-      const far = new Float64Array(force.length).fill(Infinity);
-      return { ...found, band: { lower: far.map((value) => -value), upper: far, pullOff: [-Infinity, Infinity] as const } };
+      lower = lower.fill(-Infinity);
+      upper = upper.fill(Infinity);
+      interval = Float64Array.of(-Infinity, Infinity);
     }
-    const widths = halfWidths(bands, this.dwelling(protocol), top.sharpness, COVERAGE);
-    const moved = (sign: number) =>
-      force.map((value, step) => {
-        const scaled = (symlog(value) - scale.mean) / scale.deviation;
-        return symexp((scaled + sign * widths.force[step]!) * scale.deviation + scale.mean);
-      });
-    const interval = [top.force * Math.exp(-widths.pullOff), top.force * Math.exp(widths.pullOff)] as const;
-    return { ...found, band: { lower: moved(-1), upper: moved(1), pullOff: interval } };
+    const band = { lower, upper, pullOff: [interval[0]!, interval[1]!] as const };
+    return { force, pullOff: { ...highest, force: top, time }, hysteresis: area, band };
   }
 }

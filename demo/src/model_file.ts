@@ -1,6 +1,5 @@
 /** What the metadata of an ONNX file of `surrogate export` say of a model. */
 
-import { parseBands, type Bands } from "./bands";
 import { readMetadata } from "./onnx_metadata";
 import { QUANTITIES, type Counts, type Quantity } from "./protocol";
 import { Trouble } from "./trouble";
@@ -16,11 +15,8 @@ export type Ranges = Record<Quantity, readonly [number, number]>;
 export interface Description {
   name: string;
   ranges: Ranges;
-  /** Moments of the force's symmetric logarithm. */
-  force: { mean: number; deviation: number };
   /** Of a pretrained model. */
   counts?: Counts;
-  bands?: Bands;
 }
 
 /**
@@ -35,20 +31,17 @@ export function readDescription(bytes: Uint8Array, url: string, modulusRatio: nu
   const format = metadata.get("format");
   const ranges = json<Partial<Ranges>>(metadata.get("ranges"));
   const complete = { modulus_ratio: [modulusRatio, modulusRatio], ...ranges } as Ranges;
-  const scale = json<{ force?: unknown }>(metadata.get("scaling"))?.force;
-  const known = (format === PAPER || format === PRETRAINED) && ranges && areRanges(complete) && arePair(scale);
+  const known = (format === PAPER || format === PRETRAINED) && ranges && areRanges(complete);
   if (!known) throw new Trouble(`${foreign}: its metadata do not say so.`);
   if (metadata.get("format_version") !== VERSION) {
     throw new Trouble(`${foreign}: expected version ${VERSION}, received ${metadata.get("format_version")}.`);
   }
-  const force = { mean: scale[0], deviation: scale[1] };
-  const about = { name: metadata.get("name") ?? "surrogate", ranges: complete, force };
+  const about = { name: metadata.get("name") ?? "surrogate", ranges: complete };
   if (format === PAPER) return about;
   const counts = json<number[]>(metadata.get("counts"));
   const whole = counts?.length === 3 && counts.every((count) => Number.isInteger(count) && count > 1);
-  const bands = whole ? parseBands(metadata.get("bands"), counts.reduce((sum, count) => sum + count)) : undefined;
-  if (!whole || !bands) throw new Trouble(`${foreign}: its bands are damaged.`);
-  return { ...about, counts: counts as unknown as Counts, bands };
+  if (!whole) throw new Trouble(`${foreign}: its metadata do not say how many steps it has.`);
+  return { ...about, counts: counts as unknown as Counts };
 }
 
 function json<T>(text: string | undefined): T | undefined {
@@ -59,10 +52,7 @@ function json<T>(text: string | undefined): T | undefined {
   }
 }
 
-function arePair(values: unknown): values is [number, number] {
-  return Array.isArray(values) && values.length === 2 && values.every(Number.isFinite);
-}
-
 function areRanges(ranges: Ranges): boolean {
-  return QUANTITIES.every((name) => arePair(ranges[name]));
+  const isPair = (values: unknown) => Array.isArray(values) && values.length === 2 && values.every(Number.isFinite);
+  return QUANTITIES.every((name) => isPair(ranges[name]));
 }

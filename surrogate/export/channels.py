@@ -15,7 +15,7 @@ from onnx import TensorProto
 from surrogate.data.features import channel_names
 from surrogate.data.physics import ACCELERATION_SMOOTHING
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
-from surrogate.export.onnx_graph import OnnxGraph
+from surrogate.export.onnx_graph import OnnxGraph, Value
 
 RATIO = "modulus_ratio"
 """Input or constant of the graphs of set F, of shape `(batch,)` or `(1,)`."""
@@ -39,8 +39,8 @@ moving_average (double[batch] before, double[batch] raw) => (double[batch] after
 """One step of a moving average, likewise."""
 
 
-def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> str:
-    """Add the scaled channels of a feature set, float32 of shape `(batch, steps, channels)`, and return their name.
+def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> Value:
+    """Add the scaled channels of a feature set, and return them, float32 of shape `(batch, steps, channels)`.
 
     The inputs of the graph are `times`, `indentations` and `edge` of shape `(batch, steps)`, and `tabor` of shape
     `(batch,)`. Set F also needs `RATIO`.
@@ -55,83 +55,81 @@ def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = Fa
         column = _channel(graph, name)
         for _ in range(SYMLOG_PASSES[name]):
             column = graph.symlog(column)
-        columns.append(graph.add("Unsqueeze", column, graph.integers([2])))
+        columns.append(column.expand(2))
     mean, deviation = list(scaling.channel_mean), list(scaling.channel_scale)
     if with_tabor:
-        columns.append(graph.add("Unsqueeze", _along(graph, graph.symlog("tabor")), graph.integers([2])))
+        columns.append(_along(graph, graph.symlog(graph.named("tabor"))).expand(2))
         mean.append(scaling.tabor[0])
         deviation.append(scaling.tabor[1])
     stacked = graph.add("Concat", *columns, axis=2)
-    return graph.cast(graph.standardise(stacked, np.array(mean), np.array(deviation)), TensorProto.FLOAT)
+    return ((stacked - np.array(mean)) / np.array(deviation)).cast(TensorProto.FLOAT)
 
 
-def _channel(graph: OnnxGraph, name: str) -> str:
+def _channel(graph: OnnxGraph, name: str) -> Value:
     """Add a channel before any transformation, of shape `(batch, steps)`; what two channels share is added once."""
+    times, indentations = graph.named("times"), graph.named("indentations")
     if name in ("loading", "unloading"):
-        flag = graph.add("Greater" if name == "loading" else "Less", graph.slope("indentations"), graph.number(0.0))
-        return graph.cast(flag, TensorProto.DOUBLE)
+        velocity = _slope(times, indentations)
+        return (velocity > 0.0 if name == "loading" else velocity < 0.0).cast(TensorProto.DOUBLE)
     if name in ("lee_radok", "memory_relaxation", "memory_retardation"):
         memories = _memories(graph, _hertz(graph))
         if name != "lee_radok":
             return memories[1 if name == "memory_relaxation" else 2]
-        ratio = graph.add("Unsqueeze", RATIO, graph.integers([1]))
-        strength = graph.add("Sub", graph.add("Reciprocal", ratio), graph.number(1.0))
-        return graph.add("Add", _hertz(graph), graph.add("Mul", strength, memories[0]))
+        strength = graph.add("Reciprocal", graph.named(RATIO).expand(1)) - 1.0
+        return _hertz(graph) + strength * memories[0]
     makers = {
-        "time": lambda: "times",
-        "indentation": lambda: "indentations",
-        "velocity": lambda: graph.slope("indentations"),
-        "acceleration": lambda: _moving_average(graph, graph.slope(graph.slope("indentations"))),
-        "edge": lambda: "edge",
-        "log_step": lambda: graph.after_zero(graph.add("Log", graph.rise("times"))),
+        "time": lambda: times,
+        "indentation": lambda: indentations,
+        "velocity": lambda: _slope(times, indentations),
+        "acceleration": lambda: _moving_average(graph, _slope(times, _slope(times, indentations))),
+        "edge": lambda: graph.named("edge"),
+        "log_step": lambda: graph.after_zero(graph.add("Log", times.rise())),
         "hertz": lambda: _hertz(graph),
-        "log_modulus_ratio": lambda: _along(graph, graph.add("Log", RATIO)),
+        "log_modulus_ratio": lambda: _along(graph, graph.add("Log", graph.named(RATIO))),
     }
     return makers[name]()
 
 
-def _hertz(graph: OnnxGraph) -> str:
+def _slope(times: Value, values: Value) -> Value:
+    """Backward difference over time along the steps; the first value is zero."""
+    return times.graph.after_zero(values.rise() / times.rise())
+
+
+def _hertz(graph: OnnxGraph) -> Value:
     """Add the relaxed force of Hertz, -4/(3 pi) mu^(-3/2) max(indentation, 0)^(3/2)."""
-    pressed = graph.add("Max", "indentations", graph.number(0.0))
-    power = graph.add("Mul", pressed, graph.add("Sqrt", pressed))
-    size = graph.add("Mul", graph.number(-4.0 / (3.0 * math.pi)), graph.add("Pow", "tabor", graph.number(-1.5)))
-    return graph.add("Mul", graph.add("Unsqueeze", size, graph.integers([1])), power)
+    pressed = graph.add("Max", graph.named("indentations"), 0.0)
+    size = -4.0 / (3.0 * math.pi) * graph.add("Pow", graph.named("tabor"), -1.5)
+    return size.expand(1) * (pressed * graph.add("Sqrt", pressed))
 
 
-def _along(graph: OnnxGraph, values: str) -> str:
+def _along(graph: OnnxGraph, values: Value) -> Value:
     """Repeat one value of each history, shape `(batch,)`, along the steps."""
-    column = graph.add("Unsqueeze", values, graph.integers([1]))
-    return graph.add("Expand", column, graph.add("Shape", "times"))
+    return graph.add("Expand", values.expand(1), graph.add("Shape", graph.named("times")))
 
 
-def _memories(graph: OnnxGraph, hertz: str) -> list[str]:
+def _memories(graph: OnnxGraph, hertz: Value) -> list[Value]:
     """Memories of the force of Hertz and of the indentation at the relaxation time, and at the retardation time."""
-    duration = graph.rise("times")
-    ratio = graph.add("Unsqueeze", RATIO, graph.integers([1]))
-    change, force_change = graph.rise("indentations"), graph.rise(hertz)
-    first = graph.add("Slice", hertz, graph.integers([0]), graph.integers([1]), graph.integers([1]))
-    nothing = graph.add("Sub", first, first)
-    quick = graph.add("Div", duration, ratio)
+    duration, change = graph.named("times").rise(), graph.named("indentations").rise()
+    first = hertz.columns(0, 1)
+    nothing = first - first
+    quick = duration / graph.named(RATIO).expand(1)
     decays, gains = [], []
-    for steps, rise, start in ((quick, force_change, first), (quick, change, nothing), (duration, change, nothing)):
+    for steps, rise, start in ((quick, hertz.rise(), first), (quick, change, nothing), (duration, change, nothing)):
         lost = _lost(graph, steps)
-        decay = graph.add("Sub", graph.number(1.0), lost)
-        gain = graph.add("Mul", graph.add("Div", lost, steps), rise)
-        for found, begin, later in ((decays, nothing, decay), (gains, start, gain)):
-            column = graph.add("Concat", begin, later, axis=1)
-            found.append(graph.add("Unsqueeze", column, graph.integers([0])))
+        for found, begin, later in ((decays, nothing, 1.0 - lost), (gains, start, lost / steps * rise)):
+            found.append(graph.add("Concat", begin, later, axis=1).expand(0))
     decay, gain = (graph.add("Concat", *rows, axis=0) for rows in (decays, gains))
-    start = graph.add("Gather", gain, graph.integers(0), axis=2)
-    memories = graph.scan(MEMORY, graph.add("Sub", start, start), decay, gain, axis=2)
-    return [graph.add("Gather", memories, graph.integers(row), axis=0) for row in range(3)]
+    start = graph.add("Gather", gain, 0, axis=2)
+    memories = graph.scan(MEMORY, start - start, decay, gain, axis=2)
+    return [graph.add("Gather", memories, row, axis=0) for row in range(3)]
 
 
-def _lost(graph: OnnxGraph, steps: str) -> str:
+def _lost(graph: OnnxGraph, steps: Value) -> Value:
     """1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits."""
-    half = graph.add("Tanh", graph.add("Mul", graph.number(0.5), steps))
-    return graph.add("Div", graph.add("Add", half, half), graph.add("Add", graph.number(1.0), half))
+    half = graph.add("Tanh", 0.5 * steps)
+    return (half + half) / (1.0 + half)
 
 
-def _moving_average(graph: OnnxGraph, source: str) -> str:
-    """Add an exponential moving average along the steps, with the initial value zero, and return its name."""
-    return graph.scan(AVERAGE, graph.add("Mul", "tabor", graph.number(0.0)), source, axis=1)
+def _moving_average(graph: OnnxGraph, source: Value) -> Value:
+    """Add an exponential moving average along the steps, with the initial value zero."""
+    return graph.scan(AVERAGE, graph.named("tabor") * 0.0, source, axis=1)

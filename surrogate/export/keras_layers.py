@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from surrogate.export.onnx_graph import OnnxGraph
+from surrogate.export.onnx_graph import OnnxGraph, Value
 
 if TYPE_CHECKING:
     import keras
@@ -23,18 +23,20 @@ class NotExportableError(ValueError):
     """The model has a layer that cannot be expressed in ONNX."""
 
 
-def add_network(graph: OnnxGraph, model: keras.Model, sequence: str, tabor: str, *, appended: bool = False) -> str:
+def add_network(
+    graph: OnnxGraph, model: keras.Model, sequence: Value, tabor: Value | None, *, appended: bool = False
+) -> Value:
     """Add a model of `surrogate.build` to a graph.
 
     Args:
         graph: The graph.
         model: The model.
-        sequence: Name of its scaled channels, float32 of shape `(batch, steps, channels)`.
-        tabor: Name of the scaled Tabor parameter, float32 of shape `(batch, 1)`.
-        appended: Whether the sequence has the Tabor parameter as its last channel already; `tabor` is then not used.
+        sequence: Its scaled channels, float32 of shape `(batch, steps, channels)`.
+        tabor: The scaled Tabor parameter, float32 of shape `(batch, 1)`.
+        appended: Whether the sequence has the Tabor parameter as its last channel already; `tabor` is then `None`.
 
     Returns:
-        Name of the scaled force, float32 of shape `(batch, steps, 1)`.
+        The scaled force, float32 of shape `(batch, steps, 1)`.
 
     Raises:
         NotExportableError: the class or a setting of a layer is not supported; the message names the layer.
@@ -94,16 +96,15 @@ def _activation(function: Any) -> str:
     return getattr(function, "__name__", type(function).__name__)
 
 
-def _affine(graph: OnnxGraph, source: str, name: str, kernel: np.ndarray, bias: np.ndarray, key: str = "") -> str:
-    product = graph.add("MatMul", source, graph.weight(f"{name}/kernel{key}", kernel))
-    return graph.add("Add", product, graph.weight(f"{name}/bias{key}", bias))
+def _affine(graph: OnnxGraph, source: Value, name: str, kernel: np.ndarray, bias: np.ndarray, key: str = "") -> Value:
+    return source @ graph.weight(f"{name}/kernel{key}", kernel) + graph.weight(f"{name}/bias{key}", bias)
 
 
 def _bias(layer: Any, size: int) -> np.ndarray:
     return np.zeros(size) if layer.bias is None else _array(layer.bias)
 
 
-def _dense(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") -> str:
+def _dense(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
     name, activation = prefix + layer.name, _activation(layer.activation)
     if activation not in ("linear", "relu", "softmax"):
         raise _unsupported("a linear, relu or softmax activation", layer, f"{activation} in ")
@@ -114,7 +115,7 @@ def _dense(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") ->
     return graph.add("Softmax", result, axis=-1) if activation == "softmax" else result
 
 
-def _lstm(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _lstm(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     standard = (_activation(layer.activation), _activation(layer.recurrent_activation)) == ("tanh", "sigmoid")
     unusual = layer.go_backwards or layer.stateful or layer.return_state
     if not (standard and layer.return_sequences and layer.use_bias) or unusual:
@@ -126,11 +127,11 @@ def _lstm(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
     kernel, recurrent, bias = (_array(one)[..., order] for one in (cell.kernel, cell.recurrent_kernel, cell.bias))
     weights = {"W": kernel.T[None], "R": recurrent.T[None], "B": np.concatenate([bias, np.zeros_like(bias)])[None]}
     names = [graph.weight(f"{layer.name}/{key}", values) for key, values in weights.items()]
-    hidden = graph.add("LSTM", graph.add("Transpose", inputs[0], perm=[1, 0, 2]), *names, hidden_size=units)
-    return graph.add("Transpose", graph.add("Squeeze", hidden, graph.integers([1])), perm=[1, 0, 2])
+    hidden = graph.add("LSTM", inputs[0].turned(1, 0, 2), *names, hidden_size=units)
+    return hidden.squeeze(1).turned(1, 0, 2)
 
 
-def _normalise(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") -> str:
+def _normalise(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
     if layer.gamma is None or layer.beta is None or layer.rms_scaling or layer.axis not in (-1, 2, [-1], [2]):
         raise _unsupported("a normalisation of the last axis that scales and shifts", layer)
     name = prefix + layer.name
@@ -138,7 +139,7 @@ def _normalise(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = ""
     return graph.add("LayerNormalization", inputs[0], *weights, axis=-1, epsilon=float(layer.epsilon))
 
 
-def _convolve(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") -> str:
+def _convolve(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
     activation = _activation(layer.activation)
     plain = layer.strides == (1,) and layer.groups == 1 and layer.data_format == "channels_last"
     causal = layer.padding == "causal" or layer.kernel_size == (1,)
@@ -148,52 +149,44 @@ def _convolve(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "")
     kernel = graph.weight(f"{name}/kernel", _array(layer.kernel).transpose(2, 1, 0))
     bias = graph.weight(f"{name}/bias", _bias(layer, layer.filters))
     past = (layer.kernel_size[0] - 1) * dilation
-    channels_first = graph.add("Transpose", inputs[0], perm=[0, 2, 1])
-    convolved = graph.add("Conv", channels_first, kernel, bias, dilations=[dilation], pads=[past, 0])
-    result = graph.add("Transpose", convolved, perm=[0, 2, 1])
+    convolved = graph.add("Conv", inputs[0].turned(0, 2, 1), kernel, bias, dilations=[dilation], pads=[past, 0])
+    result = convolved.turned(0, 2, 1)
     return graph.add("Relu", result) if activation == "relu" else result
 
 
-def _append(graph: OnnxGraph, _: Any, inputs: list[str]) -> str:
+def _append(graph: OnnxGraph, _: Any, inputs: list[Value]) -> Value:
     sequence, tabor = inputs
-    first = graph.add("Slice", sequence, graph.integers([0]), graph.integers([1]), graph.integers([2]))
-    repeated = graph.add("Add", graph.add("Sub", first, first), graph.add("Unsqueeze", tabor, graph.integers([1])))
-    return graph.add("Concat", sequence, repeated, axis=2)
+    first = graph.add("Slice", sequence, [0], [1], [2])
+    return graph.add("Concat", sequence, (first - first) + tabor.expand(1), axis=2)
 
 
-def _add(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _add(_: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     shapes = [tuple(one.shape) for one in layer.input]
     if len(shapes) != 2 or shapes[0] != shapes[1]:
         raise _unsupported("a sum of two of one shape", layer, f"{shapes} in ")
-    return graph.add("Add", *inputs)
+    return inputs[0] + inputs[1]
 
 
-def _dropout(_graph: OnnxGraph, _layer: Any, inputs: list[str]) -> str:
+def _dropout(_graph: OnnxGraph, _layer: Any, inputs: list[Value]) -> Value:
     """Return the input: dropout has no effect in prediction."""
     return inputs[0]
 
 
-def _film(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _film(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     prefix = f"{layer.name}/"
     context = _dense(graph, layer.context, [inputs[1]], prefix)
-    scale, shift = (
-        graph.add("Unsqueeze", _dense(graph, part, [context], prefix), graph.integers([1]))
-        for part in (layer.scale, layer.shift)
-    )
-    return graph.add("Add", graph.add("Mul", inputs[0], scale), shift)
+    scale, shift = (_dense(graph, part, [context], prefix).expand(1) for part in (layer.scale, layer.shift))
+    return inputs[0] * scale + shift
 
 
-def _gate(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _gate(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     prefix = f"{layer.name}/"
     weights = _dense(graph, layer.weighting, [_dense(graph, layer.context, [inputs[2]], prefix)], prefix)
-    terms = []
-    for index, source in enumerate(inputs[:2]):
-        weight = graph.add("Gather", weights, graph.integers([index]), axis=1)
-        terms.append(graph.add("Mul", source, graph.add("Unsqueeze", weight, graph.integers([1]))))
-    return graph.add("Add", *terms)
+    first, second = (source * weights.pick(index).expand(1) for index, source in enumerate(inputs[:2]))
+    return first + second
 
 
-def _tcn_block(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _tcn_block(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     prefix, hidden = f"{layer.name}/", inputs
     for convolution, normalisation in (
         (layer.first_convolution, layer.first_normalisation),
@@ -202,39 +195,37 @@ def _tcn_block(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
         normalised = _normalise(graph, normalisation, [_convolve(graph, convolution, hidden, prefix)], prefix)
         hidden = [graph.add("Relu", normalised)]
     skip = inputs[0] if layer.projection is None else _convolve(graph, layer.projection, inputs, prefix)
-    return graph.add("Add", *hidden, skip)
+    return hidden[0] + skip
 
 
-def _encoder_block(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
+def _encoder_block(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     prefix = f"{layer.name}/"
-    total = graph.add("Add", inputs[0], _attention(graph, layer, inputs[0], f"{prefix}attention"))
+    total = inputs[0] + _attention(graph, layer, inputs[0], f"{prefix}attention")
     hidden = _normalise(graph, layer.attention_normalisation, [total], prefix)
     transformed = _dense(graph, layer.contract, [_dense(graph, layer.expand, [hidden], prefix)], prefix)
-    return _normalise(graph, layer.output_normalisation, [graph.add("Add", hidden, transformed)], prefix)
+    return _normalise(graph, layer.output_normalisation, [hidden + transformed], prefix)
 
 
-def _attention(graph: OnnxGraph, layer: Any, source: str, name: str) -> str:
+def _attention(graph: OnnxGraph, layer: Any, source: Value, name: str) -> Value:
     """Add the self-attention of an encoder block over all steps."""
     attention, heads, key_dim = layer.attention, layer.heads, layer.key_dim
 
-    def split(key: str, part: Any, perm: list[int]) -> str:
+    def split(key: str, part: Any, *axes: int) -> Value:
         kernel = _array(part.kernel)
         affine = _affine(graph, source, name, kernel.reshape(len(kernel), -1), _array(part.bias).reshape(-1), key)
-        apart = graph.add("Reshape", affine, graph.integers([0, 0, heads, key_dim]))
-        return graph.add("Transpose", apart, perm=perm)
+        return graph.add("Reshape", affine, [0, 0, heads, key_dim]).turned(*axes)
 
-    factor = graph.constant(np.array(1.0 / math.sqrt(key_dim), dtype=np.float32))
-    query = graph.add("Mul", split("_q", attention.query_dense, [0, 2, 1, 3]), factor)
-    scores = graph.add("MatMul", query, split("_k", attention.key_dense, [0, 2, 3, 1]))
-    value = split("_v", attention.value_dense, [0, 2, 1, 3])
-    attended = graph.add("MatMul", graph.add("Softmax", scores, axis=-1), value)
-    joined = graph.add("Transpose", attended, perm=[0, 2, 1, 3])
-    flat = graph.add("Reshape", joined, graph.integers([0, 0, heads * key_dim]))
+    factor = np.array(1.0 / math.sqrt(key_dim), dtype=np.float32)
+    query = split("_q", attention.query_dense, 0, 2, 1, 3) * factor
+    scores = query @ split("_k", attention.key_dense, 0, 2, 3, 1)
+    value = split("_v", attention.value_dense, 0, 2, 1, 3)
+    joined = (graph.add("Softmax", scores, axis=-1) @ value).turned(0, 2, 1, 3)
+    flat = graph.add("Reshape", joined, [0, 0, heads * key_dim])
     kernel = _array(attention.output_dense.kernel)
     return _affine(graph, flat, name, kernel.reshape(-1, kernel.shape[-1]), _array(attention.output_dense.bias), "_out")
 
 
-_LAYERS: dict[str, Callable[..., str]] = {
+_LAYERS: dict[str, Callable[..., Value]] = {
     "AppendTabor": _append,
     "Add": _add,
     "Conv1D": _convolve,

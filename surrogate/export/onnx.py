@@ -11,16 +11,16 @@ and largest value of each protocol quantity in the training set), `scaling` (JSO
 (of `model.weights.h5`) and, as the last entry, `content_sha256` (see `surrogate.export.onnx_file`).
 
 A model with bands, `fast` or `accurate`, has one more input, `modulus_ratio` of shape `(batch,)`. Its times must be the
-measurement steps of `bem.dataset.physical_steps`. Its metadata have no `architecture` and no digests of other files,
-but `counts` (JSON: points of loading, dwell and unloading) and `bands` (JSON: the arrays of
-`surrogate.prediction.bands.Bands` and the `levels` of their quantiles).
+measurement steps of `bem.dataset.physical_steps`. It has more outputs, results with their intervals and bands
+(`surrogate.prediction.bands_graph`). Its metadata have no `architecture` and no digests of other files, but `counts`
+(JSON: points of loading, dwell and unloading) and `coverage`, the share of true values that the bands contain.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import onnx
@@ -31,7 +31,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO, scaled_channels
 from surrogate.export.keras_layers import add_network
 from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, PRETRAINED_FORMAT, checked_model, sealed
-from surrogate.export.onnx_graph import OnnxGraph
+from surrogate.export.onnx_graph import OnnxGraph, Value
 
 if TYPE_CHECKING:
     import keras
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 MATRIX = ["batch", "steps"]
 HISTORY = {"times": MATRIX, "indentations": MATRIX, "tabor": ["batch"], "edge": MATRIX}
 """Shapes of the inputs and of the output of a complete file."""
-DIGITS = 9
-"""Digits of the bands, which are float32."""
 
 
 def file_content(
@@ -70,16 +68,15 @@ def file_content(
             )
         graph.initializers[RATIO] = np.array([scaling.modulus_ratio])
     sequence = scaled_channels(graph, scaling)
-    mean, deviation = (np.array(moment) for moment in scaling.tabor)
-    tabor = graph.cast(graph.standardise(graph.symlog("tabor"), mean, deviation), TensorProto.FLOAT)
-    force = add_network(graph, model, sequence, graph.add("Unsqueeze", tabor, graph.integers([1])))
-    graph.unscaled_force(graph.add("Squeeze", force, graph.integers([2])), scaling.force)
+    mean, deviation = scaling.tabor
+    tabor = ((graph.symlog(graph.named("tabor")) - mean) / deviation).cast(TensorProto.FLOAT)
+    _unscaled(graph, add_network(graph, model, sequence, tabor.expand(1)).squeeze(2), scaling)
     more = {
         "architecture": architecture,
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-    return _complete(graph, HISTORY, ONNX_FORMAT, name, scaling, more)
+    return _complete(graph, HISTORY, {"force": MATRIX}, ONNX_FORMAT, name, scaling, more)
 
 
 def network_content(model: keras.Model, features: str, name: str) -> bytes:
@@ -97,44 +94,64 @@ def network_content(model: keras.Model, features: str, name: str) -> bytes:
         The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    force = add_network(graph, model, graph.add("Transpose", "inputs", perm=[1, 0, 2]), "", appended=True)
-    graph.add("Squeeze", graph.add("Transpose", force, perm=[1, 0, 2]), graph.integers([2]), output="force")
-    inputs = {"inputs": ["steps", "batch", width]}
-    made = checked_model(graph.finish(name, inputs, ["steps", "batch"], TensorProto.FLOAT))
+    force = add_network(graph, model, graph.named("inputs").turned(1, 0, 2), None, appended=True)
+    graph.add("Squeeze", force.turned(1, 0, 2), [2], output="force")
+    inputs, outputs = {"inputs": ["steps", "batch", width]}, {"force": ["steps", "batch"]}
+    made = checked_model(graph.finish(name, inputs, outputs, TensorProto.FLOAT))
     return made.SerializeToString(deterministic=True)
 
 
 def banded_file(
-    network: bytes, scaling: Scaling, *, name: str, counts: Sequence[int], bands: Mapping[str, np.ndarray]
+    network: bytes,
+    scaling: Scaling,
+    *,
+    name: str,
+    counts: Sequence[int],
+    coverage: float,
+    add_bands: Callable[[OnnxGraph, Value], Mapping[str, list[Any]]],
 ) -> bytes:
-    """Return the ONNX file of a model with bands, with features and scaling around its network.
+    """Return the ONNX file of a model with bands, with features, scaling and bands around its network.
 
     Args:
         network: File of `network_content`.
         scaling: Scaling of the inputs F and of the force.
         name: Name of the model.
         counts: Points of loading, dwell and unloading.
-        bands: Arrays of the bands by name, and the `levels` of their quantiles.
+        coverage: Share of true values that intervals and bands are to contain.
+        add_bands: Adds the outputs beside the force, from the scaled force, and returns their shapes by name.
 
     Returns:
         The bytes, with the metadata and the checksum.
     """
     inner = onnx.compose.add_prefix_graph(onnx.load_model_from_string(network).graph, "network/")
-    graph = OnnxGraph()
-    inputs = scaled_channels(graph, scaling, with_tabor=True)
-    graph.add("Transpose", inputs, perm=[1, 0, 2], output="network/inputs")
+    graph, steps = OnnxGraph(), ["batch", sum(counts)]
+    channels = scaled_channels(graph, scaling, with_tabor=True)
+    graph.add("Transpose", channels, perm=[1, 0, 2], output="network/inputs")
     graph.nodes.extend(inner.node)
     graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
-    graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
-    more = {
-        "counts": json.dumps([int(count) for count in counts]),
-        "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
-    }
-    return _complete(graph, HISTORY | {RATIO: ["batch"]}, PRETRAINED_FORMAT, name, scaling, more)
+    scaled = _unscaled(graph, graph.named("network/force").turned(1, 0), scaling)
+    outputs = {"force": steps} | add_bands(graph, scaled)
+    inputs = {key: steps if shape == MATRIX else shape for key, shape in HISTORY.items()}
+    more = {"counts": json.dumps([int(count) for count in counts]), "coverage": str(coverage)}
+    return _complete(graph, inputs | {RATIO: ["batch"]}, outputs, PRETRAINED_FORMAT, name, scaling, more)
+
+
+def _unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:
+    """Add the output `force` from the scaled force, float32, and return that as float64."""
+    mean, deviation = scaling.force
+    scaled = scaled.cast(TensorProto.DOUBLE)
+    graph.symexp(scaled * deviation + mean, "force")
+    return scaled
 
 
 def _complete(
-    graph: OnnxGraph, inputs: dict[str, list[str]], kind: str, name: str, scaling: Scaling, more: dict[str, str]
+    graph: OnnxGraph,
+    inputs: Mapping[str, list[Any]],
+    outputs: Mapping[str, list[Any]],
+    kind: str,
+    name: str,
+    scaling: Scaling,
+    more: dict[str, str],
 ) -> bytes:
     """Return the file of a complete graph, with the metadata that all files have and `more`."""
     metadata = {
@@ -145,11 +162,5 @@ def _complete(
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
     }
-    content = checked_model(graph.finish(name, inputs, MATRIX), metadata | more)
+    content = checked_model(graph.finish(name, inputs, outputs), metadata | more)
     return sealed(content.SerializeToString(deterministic=True))
-
-
-def _rounded(values: np.ndarray) -> list[float]:
-    digits = [float(f"{value:.{DIGITS}g}") for value in values.ravel()]
-    found: list[float] = np.reshape(digits, values.shape).tolist()
-    return found

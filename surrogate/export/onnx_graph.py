@@ -1,7 +1,8 @@
-"""Construction of ONNX graphs, node by node."""
+"""Construction of ONNX graphs, node by node, or by the signs of arithmetic."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,95 +10,142 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 
+def _sign(kind: str) -> tuple[Callable[..., Value], Callable[..., Value]]:
+    """Return the method of an operator, and that for a value on its right."""
+    return (
+        lambda one, other: one.graph.add(kind, one, other),
+        lambda one, other: one.graph.add(kind, other, one),
+    )
+
+
+class Value:
+    """A result in a graph. Signs of arithmetic combine it with others, with numbers and with arrays."""
+
+    __array_ufunc__ = None  # an array on the left leaves the operation to this class
+
+    __add__, __radd__ = _sign("Add")
+    __sub__, __rsub__ = _sign("Sub")
+    __mul__, __rmul__ = _sign("Mul")
+    __truediv__, __rtruediv__ = _sign("Div")
+    __matmul__, _ = _sign("MatMul")
+    __and__, _ = _sign("And")
+    __or__, _ = _sign("Or")
+    __gt__, __lt__ = _sign("Greater")
+
+    def __init__(self, graph: OnnxGraph, name: str) -> None:
+        self.graph, self.name = graph, name
+
+    def __neg__(self) -> Value:
+        return self.graph.add("Neg", self)
+
+    def cast(self, to: int) -> Value:
+        """Convert to another type, of `onnx.TensorProto`."""
+        return self.graph.add("Cast", self, to=to)
+
+    def expand(self, *axes: int) -> Value:
+        """Insert axes of length one."""
+        return self.graph.add("Unsqueeze", self, [*axes])
+
+    def squeeze(self, *axes: int) -> Value:
+        """Remove axes of length one."""
+        return self.graph.add("Squeeze", self, [*axes])
+
+    def turned(self, *axes: int) -> Value:
+        """Put the axes into another order."""
+        return self.graph.add("Transpose", self, perm=[*axes])
+
+    def pick(self, *columns: int) -> Value:
+        """Take some columns of a matrix."""
+        return self.graph.add("Gather", self, [*columns], axis=1)
+
+    def columns(self, first: int, stop: int | None = None) -> Value:
+        """Take neighbouring columns of a matrix or of a stack of them, to the last one or to `stop`."""
+        return self.graph.add("Slice", self, [first], [np.iinfo(np.int64).max if stop is None else stop], [1])
+
+    def rise(self) -> Value:
+        """Compute the differences of neighbours along the steps, of which there is one less."""
+        return self.columns(1) - self.columns(0, -1)
+
+
+Operand = Value | float | list[int] | np.ndarray
+"""An input of a node: integers become a tensor of int64, other numbers one of float64."""
+
+
 class OnnxGraph:
-    """Builder of an ONNX graph. Each method adds nodes or a constant, and returns the name of the result."""
+    """Builder of an ONNX graph. Each method adds nodes or a constant, and returns the result."""
 
     def __init__(self) -> None:
         self.nodes: list[onnx.NodeProto] = []
         self.initializers: dict[str, np.ndarray] = {}
-        self._results: dict[tuple[Any, ...], str] = {}
+        self._results: dict[tuple[Any, ...], Value] = {}
 
-    def add(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
+    def named(self, name: str) -> Value:
+        """Return an input, or what has got this name otherwise."""
+        return Value(self, name)
+
+    def add(self, kind: str, *inputs: Operand, output: str = "", **attributes: Any) -> Value:
         """Append a node, or return the result of an equal one."""
-        key = (kind, inputs, output, repr(attributes))
+        names = [self._constant(one) if not isinstance(one, Value) else one.name for one in inputs]
+        key = (kind, *names, output, repr(attributes))
         if key not in self._results:
-            self._results[key] = output = output or f"{kind}_{len(self.nodes)}"
-            self.nodes.append(helper.make_node(kind, inputs, [output], name=output, **attributes))
+            output = output or f"{kind}_{len(self.nodes)}"
+            self.nodes.append(helper.make_node(kind, names, [output], name=output, **attributes))
+            self._results[key] = Value(self, output)
         return self._results[key]
 
-    def constant(self, values: np.ndarray) -> str:
-        """Add an array as a constant; equal arrays share one name."""
+    def weight(self, name: str, values: np.ndarray) -> Value:
+        """Add the weights of a network, converted to float32, under a name."""
+        self.initializers[name] = np.ascontiguousarray(values, dtype=np.float32)
+        return Value(self, name)
+
+    def symlog(self, source: Value) -> Value:
+        """Compute sign(x) log(1 + |x|)."""
+        size = self.add("Log", self.add("Abs", source) + 1.0)
+        return self.add("Sign", source) * size
+
+    def symexp(self, source: Value, output: str) -> Value:
+        """Compute sign(y) (exp(|y|) - 1)."""
+        size = self.add("Exp", self.add("Abs", source)) - 1.0
+        return self.add("Mul", self.add("Sign", source), size, output=output)
+
+    def after_zero(self, values: Value) -> Value:
+        """Put a zero before the values along the steps."""
+        return self.add("Pad", values, [0, 1, 0, 0])
+
+    def scan(self, body: str, start: Value, *sources: Value, axis: int) -> Value:
+        """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""
+        names, count = [one.name for one in (start, *sources)], len(sources)
+        key = ("Scan", body, *names, axis)
+        if key not in self._results:
+            name = f"Scan_{len(self.nodes)}"
+            axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
+            step, outputs = onnx.parser.parse_graph(body), [f"{name}_last", name]
+            self.nodes.append(helper.make_node("Scan", names, outputs, name=name, body=step, **axes))
+            self._results[key] = Value(self, name)
+        return self._results[key]
+
+    def finish(
+        self,
+        name: str,
+        inputs: Mapping[str, list[Any]],
+        outputs: Mapping[str, list[Any]],
+        kind: int = TensorProto.DOUBLE,
+    ) -> onnx.GraphProto:
+        """Return the ONNX graph with inputs and outputs of one type, by name with their shapes."""
+        given, found = (
+            [helper.make_tensor_value_info(key, kind, shape) for key, shape in ends.items()]
+            for ends in (inputs, outputs)
+        )
+        constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]
+        return helper.make_graph(self.nodes, name, given, found, initializer=constants)
+
+    def _constant(self, operand: float | list[int] | np.ndarray) -> str:
+        """Add a constant; equal ones share one name."""
+        whole = isinstance(operand, int | list)
+        values = np.array(operand, dtype=np.int64) if whole else np.asarray(operand)
         for name, known in self.initializers.items():
             if known.dtype == values.dtype and known.shape == values.shape and np.array_equal(known, values):
                 return name
         name = f"constant_{len(self.initializers)}"
         self.initializers[name] = values
         return name
-
-    def weight(self, name: str, values: np.ndarray) -> str:
-        """Add the weights of a network, converted to float32, under a name."""
-        self.initializers[name] = np.ascontiguousarray(values, dtype=np.float32)
-        return name
-
-    def number(self, value: float) -> str:
-        """Add a float64 number."""
-        return self.constant(np.array(value, dtype=np.float64))
-
-    def integers(self, values: list[int] | int) -> str:
-        """Add a vector of integers, or one integer without dimensions."""
-        return self.constant(np.array(values, dtype=np.int64))
-
-    def cast(self, source: str, to: int) -> str:
-        """Convert to another type, of `onnx.TensorProto`."""
-        return self.add("Cast", source, to=to)
-
-    def symlog(self, source: str) -> str:
-        """Compute sign(x) log(1 + |x|)."""
-        size = self.add("Log", self.add("Add", self.add("Abs", source), self.number(1.0)))
-        return self.add("Mul", self.add("Sign", source), size)
-
-    def symexp(self, source: str, output: str) -> str:
-        """Compute sign(y) (exp(|y|) - 1)."""
-        size = self.add("Sub", self.add("Exp", self.add("Abs", source)), self.number(1.0))
-        return self.add("Mul", self.add("Sign", source), size, output=output)
-
-    def standardise(self, source: str, mean: np.ndarray, deviation: np.ndarray) -> str:
-        """Subtract the mean and divide by the standard deviation."""
-        return self.add("Div", self.add("Sub", source, self.constant(mean)), self.constant(deviation))
-
-    def slope(self, values: str) -> str:
-        """Compute the backward difference over time along the steps; the first value is zero."""
-        return self.after_zero(self.add("Div", self.rise(values), self.rise("times")))
-
-    def after_zero(self, values: str) -> str:
-        """Put a zero before the values along the steps."""
-        return self.add("Pad", values, self.integers([0, 1, 0, 0]))
-
-    def rise(self, values: str) -> str:
-        """Compute the differences of neighbours along the steps, of which there is one less."""
-        one, minus_one, zero, far = (self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max))
-        later, earlier = self.add("Slice", values, one, far, one), self.add("Slice", values, zero, minus_one, one)
-        return self.add("Sub", later, earlier)
-
-    def scan(self, body: str, start: str, *sources: str, axis: int) -> str:
-        """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""
-        key, count = ("Scan", body, start, sources, axis), len(sources)
-        if key not in self._results:
-            name = self._results[key] = f"Scan_{len(self.nodes)}"
-            axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
-            step, outputs = onnx.parser.parse_graph(body), [f"{name}_last", name]
-            self.nodes.append(helper.make_node("Scan", [start, *sources], outputs, name=name, body=step, **axes))
-        return self._results[key]
-
-    def unscaled_force(self, scaled: str, moments: tuple[float, float]) -> None:
-        """Add the output `force` from the scaled force, float32, and its mean and standard deviation."""
-        mean, deviation = moments
-        product = self.add("Mul", self.cast(scaled, TensorProto.DOUBLE), self.number(deviation))
-        self.symexp(self.add("Add", product, self.number(mean)), "force")
-
-    def finish(self, name: str, inputs: dict[str, list[Any]], output: list[Any], kind: int = TensorProto.DOUBLE) -> Any:
-        """Return the ONNX graph with inputs by name with their shapes, and the output `force`, of one type."""
-        given = [helper.make_tensor_value_info(key, kind, shape) for key, shape in inputs.items()]
-        found = helper.make_tensor_value_info("force", kind, output)
-        constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]
-        return helper.make_graph(self.nodes, name, given, [found], initializer=constants)

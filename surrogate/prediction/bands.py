@@ -2,9 +2,10 @@
 
 An error is judged in units of its expected size: the exponential of a polynomial in protocol, material and sharpness of
 the predicted peak, fitted to some trajectories. Other trajectories are divided into cells: each corner of the ranges
-(the outermost fifth of every one of them) is a cell, and the rest is divided into groups of equal size by that expected
-size. In each cell the quantiles of the judged errors give the half-widths. Their rank has the correction for finite
-numbers and one standard deviation more, so that intervals cover as they should at each place, not only on average.
+(the outermost fifth of every one of them) is a cell, so is each of three ranges of nearly elastic solids, whose loop is
+a small difference of large works, and the rest is divided into groups of equal size by that expected size. In each cell
+the quantiles of the judged errors give the half-widths. Their rank has the correction for finite numbers and one
+standard deviation more, so that intervals cover as they should at each place, not only on average.
 Source: V. Vovk, A. Gammerman and G. Shafer, Algorithmic Learning in a Random World (2005), chapter 4 (Mondrian
 conformal predictors).
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -32,13 +33,19 @@ LEVELS = np.array([0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975,
 KNOWN = (*QUANTITIES, "modulus_ratio")
 """Quantities of a protocol on a solid that tell how difficult it is."""
 CORNERS = 2 ** len(KNOWN)
+NEARLY_ELASTIC = (0.95, 0.98, 0.995)
+"""Modulus ratios at which the cells of nearly elastic solids begin."""
+CELLS = CORNERS + GROUPS + len(NEARLY_ELASTIC)
+"""Cells: corners, groups, nearly elastic solids."""
 UNSEEN = 1e3
 """Half-width in a cell in which nothing was judged, over the expected error."""
 RESULTS = ("pull_off", "pull_off_time", "hysteresis")
 BANDS = ("force", "curve")
 """Intervals of results, and bands of the scaled force: at each step by itself, and of all steps at once."""
-_LEAST = 1e-4  # of a quantity, for its logarithm
-_FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
+LEAST = 1e-4
+"""Of a quantity, for its logarithm."""
+FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
+"""Places that each term of the expected error multiplies, shape (3, 120); the first place is 1."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +57,10 @@ class Bands:
         coefficients: Of the logarithm of the expected errors of `RESULTS` and `BANDS`, shape `(5, 120)`.
         edges: Expected errors that divide the groups outside the corners, shape `(5, GROUPS - 1)`.
         shape: Errors of the force at each step over the expected one, by group, shape `(GROUPS, steps)`.
-        quantiles: Of the judged errors of `RESULTS` and `BANDS`, shape `(5, CORNERS + GROUPS, len(LEVELS))`.
+        quantiles: Of the judged errors of `RESULTS` and `BANDS`, shape `(5, CELLS, len(LEVELS))`.
+
+    Raises:
+        ValueError: The quantiles have another shape.
     """
 
     ranges: np.ndarray
@@ -58,6 +68,10 @@ class Bands:
     edges: np.ndarray
     shape: np.ndarray
     quantiles: np.ndarray
+
+    def __post_init__(self) -> None:
+        if self.quantiles.shape != (wanted := (len(RESULTS + BANDS), CELLS, len(LEVELS))):
+            raise ValueError(f"Expected quantiles of shape {wanted}. Received: shape {self.quantiles.shape}")
 
     @classmethod
     def calibrate(
@@ -76,16 +90,16 @@ class Bands:
             The bands.
         """
         bounds = np.array([ranges[name] for name in KNOWN], dtype=np.float64)
-        terms, corner = _placed(known, bounds)
+        terms, own = _placed(known, bounds)
         outside = np.arange(len(known)) >= fitted
-        found: list[tuple[np.ndarray, ...]] = []
+        found: list[tuple[np.ndarray, np.ndarray]] = []
 
         def judge(error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Fit the expected size of one error, and return its logarithm and the group of each trajectory."""
             coefficients = np.linalg.lstsq(terms[:fitted], np.log(error[:fitted] + 1e-5), rcond=None)[0]
             size = terms @ coefficients
-            edges = np.quantile(size[outside & (corner < 0)], np.arange(1, GROUPS) / GROUPS)
-            found.append((coefficients, edges, size))
+            edges = np.quantile(size[outside & (own < 0)], np.arange(1, GROUPS) / GROUPS)
+            found.append((coefficients, edges))
             return size, np.searchsorted(edges, size)
 
         for error in errors:
@@ -93,16 +107,27 @@ class Bands:
         size, group = judge(np.sqrt(np.mean(force_errors**2, axis=1)))
         judged = (force_errors / np.exp(size)[:, np.newaxis])[:fitted]
         shape = np.stack([np.quantile(judged[group[:fitted] == row], 0.9, axis=0) for row in range(GROUPS)])
-        judged = force_errors / (shape := np.maximum(shape, 1e-6))[group]
-        judge(largest := judged.max(axis=1))
-        quantiles = np.empty((len(found), CORNERS + GROUPS, len(LEVELS)))
-        for row, error in enumerate([*errors, judged, largest]):
-            _, edges, size = found[row]
-            cell = np.where(corner >= 0, corner, CORNERS + np.searchsorted(edges, size))
-            ratio = (error.T / np.exp(size)).T
-            quantiles[row] = [_quantiles(ratio[outside & (cell == one)]) for one in range(CORNERS + GROUPS)]
-        coefficients, edges, _ = map(np.stack, zip(*found, strict=True))
-        return cls(bounds, coefficients, edges, shape, quantiles)
+        judge((force_errors / (shape := np.maximum(shape, 1e-6))[group]).max(axis=1))
+        coefficients, edges = map(np.stack, zip(*found, strict=True))
+        bands = cls(bounds, coefficients, edges, shape, np.full((len(found), CELLS, len(LEVELS)), UNSEEN))
+        return bands.recalibrated(known[fitted:], errors[:, fitted:], force_errors[fitted:])
+
+    def recalibrated(self, known: np.ndarray, errors: np.ndarray, force_errors: np.ndarray) -> Bands:
+        """Take the quantiles of trajectories in each cell that holds some of them; other cells stay as they are.
+
+        The arguments are those of `calibrate`.
+        """
+        terms, own = _placed(known, self.ranges)
+        sizes = terms @ self.coefficients.T
+        groups = [np.searchsorted(*one) for one in zip(self.edges, sizes.T, strict=True)]
+        judged = force_errors / self.shape[groups[len(RESULTS)]]
+        quantiles = self.quantiles.copy()
+        for row, error in enumerate([*errors, judged, judged.max(axis=1)]):
+            cell = np.where(own >= 0, own, CORNERS + groups[row])
+            ratio = (error.T / np.exp(sizes[:, row])).T
+            for one in np.unique(cell):
+                quantiles[row, one] = _quantiles(ratio[cell == one])
+        return replace(self, quantiles=quantiles)
 
     def widths(self, known: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
         """Return half-widths by name.
@@ -114,12 +139,17 @@ class Bands:
         Returns:
             Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
         """
-        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
-        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
-        table = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
+        table = self.quantiles_at(coverage)
         half, group = _half_widths(*_placed(known, self.ranges), self.coefficients, self.edges, table)
         found, shape = dict(zip((*RESULTS, *BANDS), half, strict=True)), self.shape[group[len(RESULTS)]]
         return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
+
+    def quantiles_at(self, coverage: float) -> np.ndarray:
+        """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CELLS)`."""
+        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
+        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
+        found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
+        return found
 
     @property
     def largest_coverage(self) -> float:
@@ -224,30 +254,33 @@ def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
     Returns:
         The constant, the places in the logarithms of the ranges, from -1 to 1, and their products of two and three,
-        shape (batch, 120); and the number of the corner, -1 outside all of them, shape (batch,).
+        shape (batch, 120); and the number of the cell, -1 where the expected error decides it, shape (batch,).
     """
     batch, count = known.shape
-    terms, corner = np.ones((batch, _FACTORS.shape[1])), np.empty(batch, np.int64)
+    terms, own = np.ones((batch, FACTORS.shape[1])), np.empty(batch, np.int64)
     places = np.ones(count + 1)
     for row in range(batch):
         number, outermost = 0, True
         for i in range(count - 1):
             low, high = math.log(bounds[i, 0]), math.log(bounds[i, 1])
-            place = (2.0 * math.log(max(known[row, i], _LEAST)) - low - high) / (high - low)
+            place = (2.0 * math.log(max(known[row, i], LEAST)) - low - high) / (high - low)
             places[i + 1] = place = min(max(place, -1.0), 1.0)
             number += (place > 0.0) << i
             outermost = outermost and abs(place) >= 1.0 - 2.0 * OUTERMOST - 1e-9
-        places[count] = 1.0 + math.log(max(known[row, count - 1], _LEAST)) / 4.0
-        corner[row] = number if outermost else -1
+        places[count] = 1.0 + math.log(max(known[row, count - 1], LEAST)) / 4.0
+        own[row] = number if outermost else -1
+        for number in range(len(NEARLY_ELASTIC)):
+            if known[row, count - 2] >= NEARLY_ELASTIC[number]:
+                own[row] = CORNERS + GROUPS + number
         for term in range(terms.shape[1]):
-            for factor in _FACTORS[:, term]:
+            for factor in FACTORS[:, term]:
                 terms[row, term] *= places[factor]
-    return terms, corner
+    return terms, own
 
 
 @kernel
 def _half_widths(
-    terms: np.ndarray, corner: np.ndarray, coefficients: np.ndarray, edges: np.ndarray, table: np.ndarray
+    terms: np.ndarray, own: np.ndarray, coefficients: np.ndarray, edges: np.ndarray, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Half-widths by a `table` of quantiles (5, cells), and groups of the expected errors, each of shape (5, batch)."""
     half, group = np.empty((len(edges), len(terms))), np.empty((len(edges), len(terms)), np.int64)
@@ -257,7 +290,7 @@ def _half_widths(
             for term in range(terms.shape[1]):
                 size += terms[row, term] * coefficients[kind, term]
             group[kind, row] = np.searchsorted(edges[kind], size)
-            cell = corner[row] if corner[row] >= 0 else CORNERS + group[kind, row]
+            cell = own[row] if own[row] >= 0 else CORNERS + group[kind, row]
             half[kind, row] = math.exp(size) * table[kind, cell]
     return half, group
 
@@ -265,8 +298,6 @@ def _half_widths(
 def _quantiles(errors: np.ndarray) -> np.ndarray:
     """Quantiles at `LEVELS` of errors of any shape, by the rank level (n + 1) and one standard deviation of it more."""
     ordered = np.sort(errors, axis=None)
-    if not ordered.size:
-        return np.full(len(LEVELS), UNSEEN)
     count = len(errors)
     share = (LEVELS * (count + 1) + np.sqrt(count * LEVELS * (1.0 - LEVELS))) / count
     ranks = np.ceil(share * ordered.size).astype(int)

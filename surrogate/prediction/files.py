@@ -36,6 +36,8 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         FileNotFoundError: there is no such model directory or ONNX file.
         ValueError: the name is not that of a model.
     """
+    if not isinstance(name, str | Path):
+        raise ValueError(f"Expected a model's name or path. Received: {shown(name)}")
     path = Path(name)
     named = str(name) == path.name and path.name not in ("", "..")
     try:

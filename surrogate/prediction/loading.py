@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from bem._support.text_files import read_json
+from bem._support.validation import whole_number
 from bem._support.wording import shortened, shown
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx_file import (
@@ -27,6 +28,7 @@ from surrogate.prediction.networks import Network, NetworkFile, OnnxFile, keras_
 from surrogate.prediction.predictor import Surrogate
 
 BACKENDS = ("onnx", "keras")
+MOST_THREADS = 1024
 EXPORTED = "an ONNX file of `surrogate export`"
 
 
@@ -34,8 +36,7 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     """Load a trained model; see `surrogate.load`."""
     if backend not in BACKENDS:
         raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
-    if threads < 1:
-        raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+    threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
     place = find_model(name, root)
     if name in BANDED or (place / "bands.npz").is_file():
         if backend != "onnx":

@@ -38,7 +38,7 @@ from surrogate.export.onnx_file import session_of
 from surrogate.export.step import FORCE, INPUT, NEXT, step_model
 from surrogate.prediction.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
 from surrogate.prediction.validity import warn_of_extrapolation
-from surrogate.prediction.watch import Seen, Watch
+from surrogate.prediction.watch import Watch
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -54,7 +54,7 @@ class Snapshot:
 
     states: list[np.ndarray]
     motion: Motion
-    watch: Seen | None
+    watch: Watch
     owner: object
 
 
@@ -237,7 +237,7 @@ class Stream:
     def snapshot(self) -> Snapshot:
         """Return a copy of the state, so that later steps can be undone by `restore`."""
         states = [state.copy() for state in self._network.states]
-        return Snapshot(states, self._motion, copy(self._watch.seen), self._owner)
+        return Snapshot(states, self._motion, copy(self._watch), self._owner)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Set the state to a snapshot of this stream, or of another one of the same model, Tabor parameter and solid.
@@ -249,4 +249,4 @@ class Stream:
             raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {shown(snapshot)}")
         for state, kept in zip(self._network.states, snapshot.states, strict=True):
             state[:] = kept
-        self._motion, self._watch.seen = snapshot.motion, copy(snapshot.watch)
+        self._motion, self._watch = snapshot.motion, copy(snapshot.watch)

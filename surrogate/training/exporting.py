@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from surrogate.data.features import edge_from_counts
 from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx import banded_file, file_content
 from surrogate.export.onnx_file import session_of
-from surrogate.prediction.bands import LEVELS
+from surrogate.prediction.bands_graph import COVERAGE, add_bands
 from surrogate.prediction.files import read_run, weights_sha256
 from surrogate.prediction.networks import KerasNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
@@ -46,10 +47,15 @@ def folder_content(folder: Path) -> bytes:
 
 
 def banded_content(model: Surrogate) -> bytes:
-    """Return the bytes of one ONNX file of a model with bands, with features and scaling; this needs no Keras."""
-    bands = {"levels": LEVELS} | model.bands.as_arrays()
-    network = model.network.content()
-    return banded_file(network, model.scaling, name=model.name, counts=model.counts, bands=bands)
+    """Return the bytes of one ONNX file of a model with bands, with everything inside; this needs no Keras."""
+    return banded_file(
+        model.network.content(),
+        model.scaling,
+        name=model.name,
+        counts=model.counts,
+        coverage=COVERAGE,
+        add_bands=partial(add_bands, bands=model.bands, scaling=model.scaling, counts=model.counts),
+    )
 
 
 def _require_agreement(content: bytes, network: KerasNetwork) -> None:

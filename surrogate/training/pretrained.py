@@ -1,11 +1,12 @@
 """Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
 
-    python -m surrogate.training.pretrained fast accurate --box box.h5 --edges edges.h5 --corners corners.h5
+    python -m surrogate.training.pretrained fast accurate --box b.h5 --edges e.h5 --corners c.h5 --elastic n.h5
 
 `make pretrained` simulates these data sets by `bem campaign`, with the designs `sobol`, `edges` and `corners`, modulus
 ratios from 0.01 to 1 and physical steps, and then trains. An interrupted training is resumed by the same command. The
 protocols at the edges and most of those in the box are for training. Of the last ones in the box, some choose the
-epoch, and others calibrate the bands, together with those in the corners.
+epoch, and others calibrate the bands, together with those in the corners and those of nearly elastic solids, with
+modulus ratios from 0.95 to 1. `--calibrate` judges published models on one more data set, and trains nothing.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from surrogate.export.onnx import network_content
 from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
+from surrogate.prediction.loading import load_banded
 from surrogate.prediction.networks import NetworkFile
 from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.recipe import Cosine, Recipe
@@ -84,7 +86,7 @@ DEFINITIONS = {
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets of protocols in the box of the ranges, at its edges, and in its corners, on physical steps.
+    """Data sets of protocols in the box of the ranges, at its edges, in its corners, and of nearly elastic solids.
 
     Raises:
         ValueError: one of them has other steps, or no modulus ratios of its own.
@@ -93,6 +95,7 @@ class Data:
     box: TrajectoryDataset
     edges: TrajectoryDataset
     corners: TrajectoryDataset
+    elastic: TrajectoryDataset
 
     def __post_init__(self) -> None:
         for one in vars(self).values():
@@ -120,7 +123,8 @@ class Data:
         return (
             [(self.box, train), (self.edges, edges)],
             [(self.box, choose)],
-            [(self.edges, edges[:FITTED]), (self.box, calibrate), (self.corners, self.corners.completed)],
+            [(self.edges, edges[:FITTED]), (self.box, calibrate)]
+            + [(one, one.completed) for one in (self.corners, self.elastic)],
         )
 
 
@@ -205,6 +209,18 @@ def train_model(
 
 def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
     """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
+    _write_bands(folder, Bands.calibrate(trained.scaling.ranges, *judged(trained, parts), len(parts[0][1])))
+
+
+def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:
+    """Take the quantiles of the cells that a data set fills, in a folder of a published model."""
+    model = load_banded(folder)
+    _write_bands(folder, model.bands.recalibrated(*judged(model.network, [(dataset, dataset.completed)])))
+    seal_folder(folder)
+
+
+def judged(trained: NetworkFile, parts: list[Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what is known of trajectories, and errors of results and forces, as `Bands.calibrate` takes them."""
     scaling, found = trained.scaling, []
     for dataset, rows in pieces(parts):
         one = scaled_examples(dataset, rows, scaling)
@@ -217,7 +233,10 @@ def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
         errors = result_errors(predicted, true, times[:, counts[:2].sum() - 1])
         found.append((known, errors.T, np.abs(scaled - one.force[..., 0])))
     known, errors, force = map(np.concatenate, zip(*found, strict=True))
-    bands = Bands.calibrate(scaling.ranges, known, errors.T, force, len(parts[0][1]))
+    return known, errors.T, force
+
+
+def _write_bands(folder: Path, bands: Bands) -> None:
     with whole_file(folder / "bands.npz") as part, part.open("wb") as file:
         np.savez_compressed(file, **bands.as_arrays())
 
@@ -239,12 +258,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="+", choices=sorted(DEFINITIONS))
     for one in Data.__annotations__:
-        parser.add_argument(f"--{one}", type=Path, required=True, help="what `bem campaign` wrote, see above")
+        parser.add_argument(f"--{one}", type=Path, help="what `bem campaign` wrote, see above")
     parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
+    parser.add_argument("--calibrate", type=Path, help="data set to judge published models on, instead of training")
     parser.add_argument("--epochs", type=int, help="instead of those of the recipe; the rate falls to zero in these")
     chosen = parser.parse_args()
+    if chosen.calibrate:
+        for name in chosen.names:
+            calibrate_published(chosen.publish / name, TrajectoryDataset.load(chosen.calibrate))
+        return
+    if missing := [f"--{one}" for one in Data.__annotations__ if getattr(chosen, one) is None]:
+        parser.error(f"a training needs {', '.join(missing)}")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
         definition, more = DEFINITIONS[name], ""

@@ -15,7 +15,7 @@ from bem._support.outputs import write_whole
 from bem._support.provenance import host
 from surrogate.architectures import build
 from surrogate.architectures.registry import source_of
-from surrogate.backend import has_fused_lstm, versions
+from surrogate.backend import versions
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import Part, fitted_scaling, joined_examples, scaled_examples
 from surrogate.data.metrics import summary
@@ -151,9 +151,6 @@ def execute(
         FloatingPointError: the validation error is not finite.
     """
     model = started(lambda: build(run.architecture, features=run.features), run.recipe.seed)
-    if any(isinstance(layer, keras.layers.LSTM) for layer in model.layers) and not has_fused_lstm():
-        log(f"The {keras.backend.backend()} backend has no fused LSTM on this device; the LSTM runs step by step")
-
     scaling = fit_scaling(run)
     training = joined_examples(run.training, scaling)
     facts = run.identity.fingerprint
@@ -210,7 +207,6 @@ def _write_model(
         "features": run.features,
         "command": command,
         "backend": keras.backend.backend(),
-        "fused_lstm": has_fused_lstm(),
         "versions": versions(),
         "host": host(),
         "seed": run.recipe.seed,

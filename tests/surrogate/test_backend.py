@@ -1,4 +1,3 @@
-import importlib
 import os
 import subprocess
 import sys
@@ -6,7 +5,7 @@ import sys
 import keras
 import pytest
 
-from surrogate.backend import has_fused_lstm, limit_threads, silent_stderr, versions
+from surrogate.backend import limit_threads, silent_stderr, versions
 
 
 def test_threads_are_limited_before_keras_is_imported(monkeypatch):
@@ -19,22 +18,6 @@ def test_threads_are_limited_before_keras_is_imported(monkeypatch):
     limit_threads(1)
     assert environment["TF_NUM_INTRAOP_THREADS"] == environment["OMP_NUM_THREADS"] == "1"
     assert environment["XLA_FLAGS"].startswith("--kept --xla_cpu_multi_thread_eigen=false")
-
-
-@pytest.mark.skipif(bool(os.environ.get("CUDA_VISIBLE_DEVICES")), reason="a GPU may be in use")
-def test_no_fused_lstm_on_a_processor():
-    import tensorflow as tf
-
-    assert has_fused_lstm() == bool(tf.config.list_physical_devices("GPU"))
-
-
-def test_a_fused_lstm_is_recognised_where_there_is_a_gpu(monkeypatch):
-    if keras.backend.backend() != "tensorflow":
-        pytest.skip("TensorFlow's own question")
-    # The package binds the module's name to a function.
-    module = importlib.import_module("keras.src.backend.tensorflow.rnn")
-    monkeypatch.setattr(module, "_is_gpu_available", lambda: True)
-    assert has_fused_lstm()
 
 
 def test_versions_name_the_backend():

@@ -9,12 +9,13 @@ import pytest
 
 import surrogate
 from bem import HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import channels, edge_from_counts
 from surrogate.export.onnx_file import seal_folder
 from surrogate.prediction.bands import BANDS, RESULTS, results
-from surrogate.prediction.files import BANDED_FILES, PUBLISHED_BANDED
+from surrogate.prediction.files import BANDED, BANDED_FILES, PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from tests.data_files import damaged
 from tests.surrogate.conftest import scenes
@@ -102,6 +103,23 @@ def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
         elastic, solid = banded.predict([Scene(1.0), Scene(1.0, StandardLinearSolid(1.0))], LOADING)
     assert elastic.modulus_ratio == 1.0
     np.testing.assert_array_equal(elastic.force, solid.force)
+
+
+@pytest.mark.skipif(not (PUBLISHED_BANDED / "fast").is_dir(), reason="`make pretrained` writes the models")
+def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
+    rng = np.random.default_rng(3)
+    low, high = np.log([[0.2, 2.0, 0.1, 0.001, 0.1], [3.2, 100.0, 1000.0, 3.0, 1000.0]])
+    protocols, solids = [], []
+    for tabor, *path in np.exp(rng.uniform(low, high, (80, 5))).tolist():
+        protocols.append(LoadingProtocol(**dict(zip(QUANTITIES[1:], path, strict=True))))
+        solids.append(Scene(tabor))
+    true = [simulate(*one) for one in zip(solids, protocols, strict=True)]
+    for name in BANDED:
+        found = surrogate.load(name).predict(solids, protocols)
+        for result in RESULTS:
+            ends = np.array([getattr(one, f"{result}_interval") for one in found]).T
+            values = np.array([getattr(one, READ.get(result, result)) for one in true])
+            assert np.mean((ends[0] <= values) & (values <= ends[1])) > 0.8, (name, result)
 
 
 @pytest.mark.parametrize(

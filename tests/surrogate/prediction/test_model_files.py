@@ -15,6 +15,18 @@ def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
         assert len(str(caught.value)) < 1500
 
 
+@pytest.mark.parametrize(
+    ("name", "threads", "message"),
+    [
+        *((name, 1, r"Expected a model's name or path\. Received: ") for name in (None, 1, b"fast", ["fast"])),
+        *(("fast", threads, "threads must be a whole number") for threads in (0, None, "2", 1.5, 10**9)),
+    ],
+)
+def test_names_and_threads_of_other_types_are_refused_in_one_sentence(name, threads, message):
+    with pytest.raises(ValueError, match=message):
+        surrogate.load(name, threads=threads)
+
+
 def test_unknown_and_untrained_names(folder):
     with pytest.raises(ValueError, match=r"M1-concat, .*, accurate, fast\. .*name='M9'"):
         surrogate.load("M9", root=folder.parent)

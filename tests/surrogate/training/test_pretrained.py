@@ -13,12 +13,14 @@ pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
 TINY = pretrained.Definition((6,), replace(pretrained._RECIPE, epochs=1, batch_size=16), (16, 40))
 
+ELASTIC = {"modulus_ratio": np.full(COUNT, 1.0)}
+
 
 @pytest.fixture(scope="module")
 def data():
     """Any forces that depend on the inputs and have a peak: the solver's are not needed to go through the motions."""
     box = physical_dataset(COUNT)
-    return pretrained.Data(box, replace(box, sha256="1" * 64), box)
+    return pretrained.Data(box, replace(box, sha256="1" * 64), box, box)
 
 
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path):
@@ -32,12 +34,16 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     run = json.loads((folder / "run.json").read_text())
     assert (run["units"], run["counts"], run["command"]) == ([6], [22, 8, 72], "some")
     assert run["training_trajectories"] == COUNT - 56 + COUNT
-    assert run["calibration_trajectories"] == 40 + COUNT
+    assert run["calibration_trajectories"] == 40 + 2 * COUNT
     before = (folder / "model.onnx").read_bytes()
     seen = []
     pretrained.train_model("fast", TINY, data, tmp_path, command="some", report=seen.append)
     assert seen == []
     assert (folder / "model.onnx").read_bytes() == before
+    pretrained.calibrate_published(folder, replace(data.elastic, protocols={**data.elastic.protocols, **ELASTIC}))
+    again = load_banded(folder).bands.quantiles
+    np.testing.assert_array_equal(again[:, :-1], model.bands.quantiles[:, :-1])
+    assert np.all(again[:, -1, 0] != model.bands.quantiles[:, -1, 0])
 
 
 def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path):

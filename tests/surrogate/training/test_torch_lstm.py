@@ -11,11 +11,9 @@ pytest.importorskip("torch")
 COMPARED = """
 import keras, numpy as np
 import surrogate
-from surrogate.backend import has_fused_lstm
 from surrogate.training.torch_lstm import TorchLSTM
 from surrogate.training.fitting import with_fused_lstm
 
-assert has_fused_lstm()
 draw = np.random.default_rng(0)
 sequence, tabor, force = (draw.normal(size=shape).astype("float32") for shape in ((4, 30, 4), (4, 1), (4, 30, 1)))
 for name in surrogate.names():
