@@ -13,7 +13,7 @@ import numpy as np
 from bem._support.jit import in_python, kernel, kernel_part
 from bem.accuracy import Accuracy
 from bem.discretisation.elements import Places, Push, Row, Solid, advance, force_of_row, places_of, relaxed, solid_of
-from bem.indenter import depth_factor
+from bem.indenter import PARABOLOID, depth_factor
 from bem.protocol import ForceProtocol
 from bem.reference_solutions.hertz import contact_radius_from_indentation, load_factor
 from bem.scene import Scene
@@ -139,10 +139,16 @@ def _radius_under(shape: Shape, device: Device, control: float) -> float:
 
 
 @kernel
+def _power(shape: Shape, radius: float) -> float:
+    return radius * radius if shape.exponent == PARABOLOID else radius**shape.exponent
+
+
+@kernel
 def _with_radius(records: Records, shape: Shape, device: Device, time: float, control: float, radius: float) -> Records:
     """The records with the elastic contact of one more radius."""
-    force = 0.0 - shape.load * radius ** (shape.exponent + 1.0)  # no negative zero
-    depth = control + device.compliance * force if device.inward > 0.0 else shape.depth * radius**shape.exponent
+    power = _power(shape, radius)
+    force = 0.0 - shape.load * power * radius  # no negative zero
+    depth = control + device.compliance * force if device.inward > 0.0 else shape.depth * power
     return with_record(records, time, depth, force, radius)
 
 
@@ -170,8 +176,8 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
             count = max(np.int64(np.ceil(density * abs(last - radius_before) / largest)), 1)
             for k in range(1, count):
                 radius = radius_before + (last - radius_before) * (k / count)
-                reached = device.inward * shape.depth * radius**n
-                reached += device.compliance * shape.load * radius ** (n + 1.0)
+                power = _power(shape, radius)
+                reached = device.inward * shape.depth * power + device.compliance * shape.load * power * radius
                 part = (reached - first) / (control - first)
                 instant, value = begin + (end - begin) * part, first + (control - first) * part
                 records = _with_radius(records, shape, device, instant, value, radius)
