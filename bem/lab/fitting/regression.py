@@ -217,7 +217,7 @@ class Fitted:
     converged: bool
     """Whether the search ended by itself, and not after its last evaluation."""
     ends: tuple[FloatArray, FloatArray] | None = None
-    """Lowest and highest values of the search inside the 95 % region, where they are not those of a linear problem."""
+    """Lowest and highest values of the search that were found inside the 95 % region along a bent valley."""
 
     @property
     def model(self) -> Model:
@@ -286,7 +286,7 @@ class Fitted:
         return float(stdtrit(self.degrees, 0.5 + 0.5 * CONFIDENCE))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
-        """95 % intervals of the parameters by the linearised problem, and their correlations.
+        """95 % intervals of the parameters by the linearised problem, or the wider `ends`, and their correlations.
 
         The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
         """
@@ -300,7 +300,10 @@ class Fitted:
         spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
         spread[seen] = self.quantile * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-        low, high = map(self.problem.values, self.ends or (self.x - spread[:free], self.x + spread[:free]))
+        ends = self.x - spread[:free], self.x + spread[:free]
+        if self.ends is not None:  # what a search across a bent valley found is at most the whole of it
+            ends = np.minimum(ends[0], self.ends[0]), np.maximum(ends[1], self.ends[1])
+        low, high = map(self.problem.values, ends)
         floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
         intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
         for name, each in zip(names[free:], spread[free:], strict=True):

@@ -1,5 +1,6 @@
 """A fit finds what made a curve, says how well, and says what the curve does not tell."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -10,7 +11,7 @@ from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
 from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
 from bem.lab.fitting.curve_fit import windows_of_depth
-from bem.lab.fitting.measurement import measurement_of, prescribed_path
+from bem.lab.fitting.measurement import hertz_line, measurement_of, prescribed_path
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import LADDER, Path
 from experiments.robustness.lab_curves import CLASSES
@@ -245,6 +246,17 @@ def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, mo
     found = simulated.search(problem, [start, start | {"work_of_adhesion": 0.1}], "draft")
     assert not found.converged
     assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
+
+
+def test_the_ends_of_a_valley_widen_intervals_and_never_narrow_them():
+    curve, setup, _ = CLASSES["hertz"](np.random.default_rng(1), noise=0.01)
+    data = measurement_of(curve, setup)
+    found = Regression(LADDER["hertz"], data, hertz_line(data), ("relaxed_modulus", "contact_point")).run(np.zeros(2))
+    linear = found.intervals()[0]
+    assert dataclasses.replace(found, ends=(found.x, found.x)).intervals()[0] == linear
+    low, high = dataclasses.replace(found, ends=(found.x - 1.0, found.x)).intervals()[0]["relaxed_modulus"]
+    assert low == pytest.approx(found.values["relaxed_modulus"] / np.e)
+    assert high == linear["relaxed_modulus"][1]
 
 
 def test_windows_that_only_pull_have_no_modulus():
