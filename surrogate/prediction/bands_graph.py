@@ -64,7 +64,7 @@ def add_bands(
         graph.add("Where", outside, _BOTH * np.inf, interval, output=f"{result}_interval")
         graph.add("Squeeze", value, [1], output=name)
         shapes |= {name: ["batch"], f"{result}_interval": ["batch", 2]}
-    shape = graph.add("Gather", bands.shape, group.pick(RESULTS.index("hysteresis") + 1).squeeze(1), axis=0)
+    shape = graph.add("Gather", bands.shape, group.pick(len(RESULTS)).squeeze(1), axis=0)
     mean, deviation = scaling.force
     for name, width in zip(BANDS, widths, strict=True):
         distance = graph.add("Where", outside, np.array(np.inf), width) * shape

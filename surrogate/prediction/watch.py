@@ -34,6 +34,11 @@ class Watch:
             only: so many points of the unloading come before the force without adhesion vanishes.
     """
 
+    __slots__ = (
+        *("ranges", "equal", "tabor", "bounds", "phase", "start", "level", "points", "time", "depth", "latest", "last"),
+        *("lowest", "shortest", "longest", "sums", "pressed", "_named", "_found"),
+    )
+
     def __init__(self, tabor: float, ranges: dict[str, tuple[float, float]]) -> None:
         self.ranges, self.equal = ranges, "compression_points" not in ranges
         self.tabor = np.array([tabor])
