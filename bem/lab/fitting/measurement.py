@@ -27,6 +27,7 @@ _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
 _ORDERS = 10  # of the autoregressive model of residuals
+_CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
 
 
@@ -88,14 +89,20 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     contact = curve.contact()
     if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
-    size = -(-len(curve) // MOST)
-    starts = np.arange(0, len(curve), size)
-    counts = np.diff(np.append(starts, len(curve)))
-    place = prescribed_path(curve, setup)
+    place, index = prescribed_path(curve, setup), contact.index
     once = np.maximum.accumulate(curve.time + 1e-12 * np.ptp(curve.time) * np.arange(len(curve)))
     all_columns = (curve.time, place, curve.tension, np.gradient(_smooth(place), once))
+    if _in_steps_of_a_solver(once):
+        even = np.linspace(once[0], once[-1], MOST)
+        all_columns, index = (
+            tuple(np.interp(even, once, each) for each in all_columns),
+            int(np.searchsorted(even, once[index])),
+        )
+    size = -(-len(all_columns[0]) // MOST)
+    starts = np.arange(0, len(all_columns[0]), size)
+    counts = np.diff(np.append(starts, len(all_columns[0])))
     time, place, tension, speed = (np.add.reduceat(each, starts) / counts for each in all_columns)
-    first = max(contact.index // size, 2)
+    first = max(index // size, 2)
     deep = np.flatnonzero(place >= place.max() - _TOP * np.ptp(place))
     top, leaves = int(deep[0]), int(deep[-1])
     number = np.arange(time.size)
@@ -112,6 +119,13 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
     path, weights = Path(time, place, setup), counted.astype(float)
     return Measurement(path, tension, weights, baseline, max(noise, 1e-300), correlated, first, top, columns, jumps)
+
+
+def _in_steps_of_a_solver(time: FloatArray) -> bool:
+    """Whether most steps (n,) differ from the one before, and some are far longer than most, as no instrument's are."""
+    steps = np.diff(time)
+    changes = np.abs(np.log(steps[1:] / steps[:-1]))
+    return bool(np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps))
 
 
 def inflation(residuals: FloatArray) -> float:

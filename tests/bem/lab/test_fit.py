@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from bem import StandardLinearSolid
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
@@ -182,6 +183,21 @@ def test_the_noise_is_that_of_the_points_that_count():
     curve, setup, _ = CLASSES["jkr"](np.random.default_rng(3), noise=0.01)
     for segment in ("both", "approach"):
         assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
+
+
+def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
+    """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
+    setup = Setup(
+        radius=50e-6,
+        work_of_adhesion=0.05,
+        relaxed_modulus=2e6,
+        material=StandardLinearSolid(0.3),
+        retardation_time=0.1,
+        equilibrium_gap=90e-9,
+    )
+    ramps = {"peak_indentation": 1e-6, "loading_rate": 2e-6, "unloading_rate": 2e-6}
+    simulated = setup.simulate(setup.protocol(**ramps))
+    assert measurement_of(simulated, setup).noise < 1e-3 * np.ptp(simulated.force)
 
 
 def test_what_the_curve_does_not_determine_is_said(curve):
