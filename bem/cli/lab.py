@@ -134,7 +134,8 @@ def simulate_si(
         write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
-        "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)",
+        "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.tension.max() > 0.0 else "none",
+        "indentation": f"{readable(float(curve.indentation.max()), 'm')} at most",
         "compression": readable(-float(curve.tension.min()), "N") if curve.tension.min() < 0.0 else "none",
         "contact radius": f"{readable(float(curve.contact_radius.max()), 'm')} at most",
         "duration": readable(float(curve.time[-1]), "s"),

@@ -333,8 +333,9 @@ class Setup:
     def _in_si(self, trajectory: Any, protocol: Protocol, force_sign: ForceSign, *, check_range: bool) -> ForceCurve:
         """A trajectory in SI; a warning, at the caller's caller, where it depends on the effective range."""
         if check_range and (change := self.range_sensitivity(protocol)) > SENSITIVE:
+            what = "indentation" if isinstance(protocol, ForceProtocol) else "pull-off force"
             warnings.warn(
-                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
+                f"the {what} depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
                 f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
                 f"{LONGER:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
                 EffectiveRangeWarning,
@@ -360,7 +361,8 @@ class Setup:
     def range_sensitivity(self, protocol: Protocol) -> float:
         """Relative change of the pull-off force, at draft accuracy, with an effective range 1.5 times longer.
 
-        It is zero for a range that is the equilibrium gap itself.
+        Under a prescribed force it is that of the deepest indentation. It is zero for a range that is the equilibrium
+        gap itself.
         """
         from bem.solver.simulation import simulate
 
@@ -372,8 +374,12 @@ class Setup:
             depths = history.indentations * self.gap / longer.gap
             moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
         pairs = (self, history), (longer, moved)
-        force, other = (simulate(each.scene(), path, "draft").pull_off_force for each, path in pairs)
-        return abs(other / force - 1.0) if np.isfinite([force, other]).all() else np.inf
+        found, other = (simulate(each.scene(), path, "draft") for each, path in pairs)
+        if isinstance(history, ForceProtocol):
+            change = other.indentation.max() * longer.gap / (found.indentation.max() * self.gap) - 1.0
+        else:
+            change = other.pull_off_force / found.pull_off_force - 1.0
+        return abs(change) if np.isfinite(change) else np.inf
 
     def replaced(self, **changes: Any) -> Setup:
         """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""

@@ -189,6 +189,8 @@ def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
     assert bead.scene().spring == pytest.approx(30.0 / bead.stiffness_scale)
     pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
     assert bead.range_sensitivity(pulled) < 0.05
+    pressed = bead.force_protocol(times=[0.0, 1.0, 5.0], forces=[0.0, -5e-6, -5e-6])
+    assert 0.0 < bead.range_sensitivity(pressed) < 0.5  # though nothing is pulled off
     assert bead.range_sensitivity(bead.protocol(peak_indentation=3e-7, loading_rate=1e-6, unloading_rate=1e-6)) < 0.05
 
 
