@@ -19,7 +19,7 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem._support.text_files import read_toml
+from bem._support.text_files import read_json, read_toml
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
@@ -71,6 +71,11 @@ def dataset_digest(path: Path) -> str:
     if not path.is_file():
         raise FileNotFoundError(f"data set {str(path)!r} not found; `make dataset` makes it")
     return TrajectoryDataset.load(path).sha256
+
+
+def ended_by_recipe(folder: Path) -> bool:
+    """Whether a folder holds a model whose training its recipe ended, and not `EPOCHS`."""
+    return (folder / "run.json").is_file() and read_json(folder / "run.json").get("ended_by") == "recipe"
 
 
 def require_dataset(folder: Path, dataset: Path) -> None:

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from bem._support.text_files import read_json
-from experiments.common import require_dataset
+from experiments.common import ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
 
@@ -99,11 +98,10 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
 
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
-    """Error statistics of one model, and of the same architecture if the paper's recipe ended its training."""
+    """Error statistics of one model and, where the paper's recipe ended a training of it, of that one; else `None`."""
     paper = models / PAPER_RECIPE.format(config["model"])
-    trained = (paper / "run.json").is_file() and read_json(paper / "run.json").get("ended_by") == "recipe"
     return {
         "config": config,
         **statistics(held_out_errors(models / config["model"], dataset)),
-        "by_paper_recipe": statistics(held_out_errors(paper, dataset)) if trained else None,
+        "by_paper_recipe": statistics(held_out_errors(paper, dataset)) if ended_by_recipe(paper) else None,
     }

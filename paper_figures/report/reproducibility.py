@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
+from experiments.common import ended_by_recipe
 from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
@@ -156,5 +157,4 @@ def recipe_table(models: Path, ranking: Any) -> str:
 
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
     """Metrics of a model directory, and whether its recipe ended the training."""
-    run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
-    return metrics, run.get("ended_by") == "recipe"
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8")), ended_by_recipe(folder)
