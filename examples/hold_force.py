@@ -8,8 +8,8 @@ Each tick it asks the surrogate what the force would be a little higher and a li
 `restore`), takes the slope of force by indentation from that, and corrects the command by the measured error over that
 slope, or over the slope its own moves met where that was steeper: too small a correction is repaired by the next tick,
 too large a one makes the loop swing. What the moves do not explain, drift and relaxation, is averaged and countered.
-The surrogate's own bias drops out; only its slope is used. Its warnings are true: the loop moves otherwise than the
-protocols of its training.
+The surrogate's own bias drops out; only its slope is used. The loop moves otherwise than the protocols of its training,
+of which the surrogate warns; `main` says it once.
 
 Run: `python examples/hold_force.py`.
 """
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import time
+import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -141,6 +142,8 @@ def main() -> None:
     parser.add_argument("--target", type=float, default=1.0)
     chosen = parser.parse_args()
     model = surrogate.load(chosen.model)
+    warnings.simplefilter("ignore", surrogate.ExtrapolationWarning)
+    print(f"The loop moves otherwise than the protocols that {chosen.model} was trained on; only its slope is used.")
     for controlled in (False, True):
         run = hold(model, target=chosen.target, controlled=controlled)
         late = run.force[len(run.force) // 2 :]

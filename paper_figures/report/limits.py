@@ -39,3 +39,26 @@ def draft_text(accuracy_cost: Any) -> str:
     errors = next(tool for tool in accuracy_cost["tools"] if tool["setting"] == "draft")["errors"]["pull_off_force"]
     worst, usual = (number(100.0 * errors[name], 2) for name in ("largest", "p95"))
     return f"by {usual} % (95th percentile) and by at most {worst} % on {accuracy_cost['protocols']} held-out protocols"
+
+
+def pretrained_text(pretrained_errors: Any) -> str:
+    """What one call costs, and how far gradients are off."""
+    models, seconds = pretrained_errors["models"], pretrained_errors["seconds"]
+    cheaper = seconds["solver"]["batch"] / seconds["fast"]["batch"]
+    off = {name: number(pretrained_errors["gradients"]["tools"][name]["common"]["p50"], 2) for name in models}
+    return (
+        f"`fast` is {cheaper:.0f} times cheaper than the solver at standard accuracy, and a single call takes "
+        f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms). Gradients by central differences of the "
+        f"networks err by {off['accurate']} % (`accurate`) and {off['fast']} % (`fast`) in the median (aim: 2 %)"
+    )
+
+
+def vertices_text(pretrained_errors: Any) -> str:
+    """Coverage and errors at the vertices of the ranges."""
+    corners = {name: one["corners"] for name, one in pretrained_errors["models"].items()}
+    held = " and ".join(f"{corners[name]['covered']:.2f} for `{name}`" for name in ("accurate", "fast"))
+    errors = ", ".join(f"{number(one['pull_off']['p90'], 2)} % ({name})" for name, one in corners.items())
+    return (
+        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains {held} of the "
+        f"solver's values; the errors at the 90th percentile are {errors}"
+    )

@@ -35,7 +35,7 @@ def test_few_loops_miss_a_small_jump():
         protocol = replace(DEEP, peak_indentation=peak)
         found, fine = (simulate(Scene(tabor), protocol, accuracy) for accuracy in ("standard", 5e-4))
         missed += len(found.jumps) < len(fine.jumps)
-    assert missed <= 4  # of 112; docs/limits.md states the number
+    assert missed <= 4  # of 112
 
 
 @pytest.mark.parametrize("tabor", [1.5, 3.0])

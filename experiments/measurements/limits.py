@@ -1,0 +1,155 @@
+"""The numbers of docs/limits.md that no other measurement has: the starts of the command, and single scenes.
+
+Scenes are named by what they show. Errors are against the same simulation at a finer accuracy.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from bem import (
+    ConstantStress,
+    Elastic,
+    ForceProtocol,
+    LoadingProtocol,
+    PowerLaw,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    simulate,
+)
+from experiments.measurements.harness import CLOCK, Repeats, Seed
+
+SOLID = StandardLinearSolid(0.1)
+LOSING_LITTLE = (0.8, 0.9)
+"""Tabor parameters of elastic loops just above that at which branches begin to fold."""
+LARGE = {"elastic": (1000.0,), "viscoelastic": (30.0, 50.0, 70.0)}
+"""Tabor parameters that are simulated at draft accuracy."""
+PROTOCOL = "simulate --tabor 1 --peak-indentation 20 --loading-rate 10 --unloading-rate 100".split()
+SLOW = 0.1
+"""Rate of a cycle that may end in contact."""
+
+
+def cycle(peak: float, rate: float, dwell: float = 0.0) -> LoadingProtocol:
+    """Loading and unloading at one rate."""
+    return LoadingProtocol(peak_indentation=peak, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
+
+
+def of_command(*words: str, cache: str = "") -> float:
+    """Processor seconds of a whole command, with an empty cache of kernels in a folder if one is given."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
+    subprocess.run([sys.executable, "-m", "bem", *words], env=environment, capture_output=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def in_seconds(run: Callable[[], Trajectory]) -> dict[str, Any]:
+    """Processor seconds of a simulation, and how it ended."""
+    with CLOCK:
+        found = run()
+    return {"seconds": CLOCK.seconds, "status": found.status}
+
+
+def force_error(seed: int, count: int = 20) -> float:
+    """Largest distance from a prescribed force, over the largest force, of random scenes and forces."""
+    generator, worst = np.random.default_rng(seed), 0.0
+    for _ in range(count):
+        pressed = -float(generator.uniform(2.0, 20.0))
+        protocol = ForceProtocol([0.0, 1.0, 2.0], [-1.0, pressed, pressed])
+        found = simulate(Scene(float(generator.uniform(0.3, 3.0)), SOLID), protocol)
+        wanted = np.interp(found.time, protocol.times, protocol.forces)
+        worst = max(worst, float(np.max(np.abs(found.force - wanted))) / abs(pressed))
+    return worst
+
+
+def largest_in_contact() -> float:
+    """Largest Tabor parameter, in steps of 0.01, at which a slow cycle from the default start does not detach."""
+    for tabor in np.arange(0.5, 0.0, -0.01):
+        if not simulate(Scene(float(tabor), SOLID), cycle(10.0, SLOW)).detached:
+            return float(tabor)
+    return 0.0
+
+
+def study(*, repeats: Repeats = 5, seed: Seed = 1) -> dict[str, Any]:
+    """Measure what a row of the page states."""
+    with tempfile.TemporaryDirectory() as folder:
+        compiled = of_command("compile", cache=folder)
+    elastic = {"scene": Scene(3.0), "protocol": cycle(30.0, 1.0), "accuracy": "reference"}
+    flat = Scene(0.127, adhesion=ConstantStress(), indenter=PowerLaw(8.0))
+    pulled = ForceProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, -5.0, 0.0, 1.0])
+    coarse, fine = (simulate(flat, pulled, accuracy).pull_off_force for accuracy in ("standard", 1e-3))
+    materials = {"elastic": Elastic(), "viscoelastic": SOLID}
+    return {
+        "compile_seconds": compiled,
+        "command_seconds": min(of_command(*PROTOCOL) for _ in range(repeats)),
+        "loops": {tabor: simulate(Scene(tabor), cycle(30.0, 1.0)).hysteresis_accuracy for tabor in LOSING_LITTLE},
+        "elastic": [in_seconds(lambda: simulate(**elastic)) for _ in range(2)],  # type: ignore[arg-type]
+        "large": {
+            kind: {
+                tabor: in_seconds(lambda: simulate(Scene(tabor, materials[kind]), cycle(tabor, tabor, 1.0), "draft"))  # noqa: B023
+                for tabor in tabors
+            }
+            for kind, tabors in LARGE.items()
+        },
+        "force_error": force_error(seed),
+        "in_contact": largest_in_contact(),
+        "flat_error": abs(coarse / fine - 1.0),
+    }
+
+
+def compile_text(limits: Any) -> str:
+    """What the first run on a machine takes."""
+    return f"{limits['compile_seconds']:.0f} s of processor time; the aim was 25 s"
+
+
+def command_text(limits: Any) -> str:
+    """What a warm command takes."""
+    return f"{limits['command_seconds']:.1f} s of processor time; the aim was 1 s. Numba's own start takes half of it"
+
+
+def loops_text(limits: Any) -> str:
+    """The stated error of elastic loops that lose little."""
+    each = (f"{100.0 * error:.0f} % at $\\mu = {float(tabor):g}$" for tabor, error in limits["loops"].items())
+    return "at standard accuracy this is " + " and ".join(each)
+
+
+def elastic_text(limits: Any) -> str:
+    """What an elastic contact costs the first time, and again."""
+    first, again = (one["seconds"] for one in limits["elastic"])
+    return f"{first:.1f} s of processor time the first time, {1e3 * again:.0f} ms afterwards in the same process"
+
+
+def large_text(limits: Any) -> str:
+    """What large Tabor parameters cost at draft accuracy."""
+    said = {
+        kind: ", ".join(
+            f"{one['seconds']:.1f} s at {float(tabor):g}" + ("" if one["status"] == "completed" else " (not completed)")
+            for tabor, one in found.items()
+        )
+        for kind, found in limits["large"].items()
+    }
+    return f"at `draft` an elastic contact takes {said['elastic']}, a viscoelastic one {said['viscoelastic']}"
+
+
+def contact_text(limits: Any) -> str:
+    """Below which Tabor parameter a slow cycle ends in contact."""
+    return f"at a rate of {SLOW:g} this is so up to $\\mu = {limits['in_contact']:.2f}$"
+
+
+def force_text(limits: Any) -> str:
+    """How closely a prescribed force is met."""
+    return f"within {limits['force_error']:.1g} of the largest force at standard accuracy"
+
+
+def flat_text(limits: Any) -> str:
+    """The error of a flat indenter under a long-ranged law."""
+    return f"the pull-off force errs by {100.0 * limits['flat_error']:.1f} % at `standard`, against 0.001"
