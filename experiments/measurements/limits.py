@@ -33,7 +33,7 @@ LOSING_LITTLE = (0.8, 0.9)
 """Tabor parameters of elastic loops just above that at which branches begin to fold."""
 LARGE = {"elastic": (1000.0,), "viscoelastic": (30.0, 50.0, 70.0)}
 """Tabor parameters that are simulated at draft accuracy."""
-PROTOCOL = "simulate --tabor 1 --peak-indentation 20 --loading-rate 10 --unloading-rate 100".split()
+PROTOCOL = ("--tabor=1", "--peak-indentation=20", "--loading-rate=10", "--unloading-rate=100")
 SLOW = 0.1
 """Rate of a cycle that may end in contact."""
 
@@ -90,7 +90,7 @@ def study(*, repeats: Repeats = 5, seed: Seed = 1) -> dict[str, Any]:
     materials = {"elastic": Elastic(), "viscoelastic": SOLID}
     return {
         "compile_seconds": compiled,
-        "command_seconds": min(of_command(*PROTOCOL) for _ in range(repeats)),
+        "command_seconds": min(of_command("simulate", *PROTOCOL) for _ in range(repeats)),
         "loops": {tabor: simulate(Scene(tabor), cycle(30.0, 1.0)).hysteresis_accuracy for tabor in LOSING_LITTLE},
         "elastic": [in_seconds(lambda: simulate(**elastic)) for _ in range(2)],  # type: ignore[arg-type]
         "large": {
