@@ -57,9 +57,10 @@ class Campaign(Job):
             raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
-        shard = whole_number("shard", self.shard[0], low=1, high=shards), shards
-        seed = whole_number("seed", self.seed, low=0)
-        vars(self).update(count=count, seed=seed, counts=checked_counts(self.counts), shard=shard)
+        object.__setattr__(self, "count", count)
+        object.__setattr__(self, "seed", whole_number("seed", self.seed, low=0))
+        object.__setattr__(self, "counts", checked_counts(self.counts))
+        object.__setattr__(self, "shard", (whole_number("shard", self.shard[0], low=1, high=shards), shards))
 
     @classmethod
     def of(cls, identity: dict[str, Any]) -> "Campaign":

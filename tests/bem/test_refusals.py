@@ -76,6 +76,22 @@ def begun(contact=SCENE, **changes):
     return Contact(contact, **changes)
 
 
+def labelled(phases):
+    return PiecewiseLinearProtocol(*PAIRS, phases)
+
+
+def started(**changes):
+    return cycle(**changes).history(1.0)
+
+
+def energy(**changes):
+    return persson_brener.effective_energy(**{"crack_velocity": 1.0, "modulus_ratio": 0.1} | changes)
+
+
+def velocity(**changes):
+    return persson_brener.crack_velocity(**{"effective_energy": 1.0, "modulus_ratio": 0.1} | changes)
+
+
 def each(call, name, message, *values):
     return [(call, {name: value}, message) for value in values]
 
@@ -144,6 +160,19 @@ REFUSED = [
     *each(fitted, "loss", "loss must have as many values as frequency; received 4 and 3", [1.0] * 4),
     *each(fitted, "terms", "terms must be a whole number from 1 to 100; received 0", 0),
     (fitted, {"storage": [1e-9, 1e-7, 1e-5], "loss": [1.0, 10.0, 100.0]}, "the moduli are those of a fluid"),
+    (PronySeries, {"compliances": [0.5, 0.5], "times": [1.0, 2.0]}, "sum less than 1"),
+    *each(labelled, "phases", "phases must name each of the 1 segments", ("loading", "dwell")),
+    *each(started, "dwell_time", "the dwell phase must outlast the rounding of its start time", 1e-300),
+    (energy, {"crack_velocity": -1.0}, "crack_velocity must be finite and at least 0; received -1"),
+    (energy, {"modulus_ratio": 0.0}, "modulus_ratio must be greater than 0 and at most 1; received 0"),
+    (velocity, {"effective_energy": 11.0}, "effective_energy must lie between 1 and 1/modulus_ratio"),
+    (velocity, {"modulus_ratio": 1.0}, "modulus_ratio must be greater than 0 and less than 1"),
+    *each(
+        resolve_accuracy,
+        "accuracy",
+        r"^accuracy must be 'draft', 'standard', 'reference' or .*; received",
+        *("best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j),
+    ),
 ]
 """What describes a contact or is asked of one."""
 OF_DATA_SETS = [
@@ -198,79 +227,40 @@ OF_DATA_SETS = [
 ]
 
 
-@pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS)
+OF_PAIRS = [
+    (kind, {"times": times, name: values}, message)
+    for kind, name in ((PiecewiseLinearProtocol, "indentations"), (ForceProtocol, "forces"))
+    for times, values, message in (
+        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
+        ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
+        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
+        ([-np.inf, 0.0], [0.0, 1.0], "times must be"),
+        ([0.0, 1.0], [0.0, np.nan], f"{name} must be a one-dimensional sequence"),
+        ([0.0, 1.0], ["0", "1"], f"{name} must be"),
+        ([0.0, 1.0], [0.0, 1.0, 2.0], f"times and {name} must have the same length; received 2 and 3"),
+        (np.arange(100_001), np.zeros(100_001), "times must be at most 100000 instants, .*; received 100001"),
+        ([0.0, 1.0], [0.0, 1e10], rf"{name} must lie within \+-1e\+0"),
+    )
+] + [
+    (make, {name: amounts, "times": times}, message)
+    for make, name in ((PronySeries, "compliances"), (PronySeries.from_moduli, "moduli"))
+    for amounts, times, message in (
+        ([-0.1], [1.0], f"{name} must be at least 0"),
+        ([0.1], [0.0], "times must be greater than 0"),
+        ([0.1], [np.inf], "times must be a one-dimensional"),
+        ([0.1, 0.1], [1.0, 1.0], "distinct"),
+        ([0.1, 0.1], [1.0], "same length"),
+    )
+]
+"""Histories and spectra."""
+
+
+@pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS + OF_PAIRS)
 def test_a_wrong_quantity_is_named(call, changes, message):
     with pytest.raises(ValueError, match=message) as found:
         call(**changes)
     assert "received" in str(found.value)
     assert "\n" not in str(found.value)
-
-
-@pytest.mark.parametrize("kind", [PiecewiseLinearProtocol, ForceProtocol])
-@pytest.mark.parametrize(
-    ("times", "values", "message"),
-    [
-        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
-        ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
-        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
-        ([-np.inf, 0.0], [0.0, 1.0], "times must be"),
-        ([0.0, 1.0], [0.0, np.nan], "s must be a one-dimensional sequence"),
-        ([0.0, 1.0], ["0", "1"], "s must be"),
-        ([0.0, 1.0], [0.0, 1.0, 2.0], "times and .*s must have the same length; received 2 and 3"),
-        (np.arange(100_001), np.zeros(100_001), "times must be at most 100000 instants, .*; received 100001"),
-        ([0.0, 1.0], [0.0, 1e10], r"s must lie within \+-1e\+0"),
-    ],
-)
-def test_what_is_no_history_is_named(kind, times, values, message):
-    with pytest.raises(ValueError, match=message):
-        kind(times, values)
-
-
-@pytest.mark.parametrize("make", [PronySeries, PronySeries.from_moduli])
-@pytest.mark.parametrize(
-    ("amounts", "times", "message"),
-    [
-        ([-0.1], [1.0], "(compliances|moduli) must be at least 0"),
-        ([0.1], [0.0], "times must be greater than 0"),
-        ([0.1], [np.inf], "times must be a one-dimensional"),
-        ([0.1, 0.1], [1.0, 1.0], "distinct"),
-        ([0.1, 0.1], [1.0], "same length"),
-    ],
-)
-def test_what_is_no_spectrum_is_named(make, amounts, times, message):
-    with pytest.raises(ValueError, match=message):
-        make(amounts, times)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: PronySeries([0.5, 0.5], [1.0, 2.0]), "sum less than 1"),
-        (lambda: PiecewiseLinearProtocol(*PAIRS, ("loading", "dwell")), "phases must name each of the 1 segments"),
-        (lambda: cycle(dwell_time=1e-300).history(1.0), "the dwell phase must outlast the rounding of its start time"),
-        (
-            lambda: persson_brener.effective_energy(-1.0, 0.1),
-            "crack_velocity must be finite and at least 0; received -1",
-        ),
-        (
-            lambda: persson_brener.effective_energy(1.0, 0.0),
-            "modulus_ratio must be greater than 0 and at most 1; received 0",
-        ),
-        (lambda: persson_brener.crack_velocity(11.0, 0.1), "effective_energy must lie between 1 and 1/modulus_ratio"),
-        (lambda: persson_brener.crack_velocity(1.0, 1.0), "modulus_ratio must be greater than 0 and less than 1"),
-    ],
-)
-def test_what_cannot_be_is_named(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
-
-
-@pytest.mark.parametrize(
-    "accuracy", ["best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j]
-)
-def test_an_unknown_accuracy_is_refused_with_what_is_allowed(accuracy):
-    with pytest.raises(ValueError, match=r"^accuracy must be 'draft', 'standard', 'reference' or .*; received"):
-        resolve_accuracy(accuracy)
 
 
 def test_the_quantities_of_a_cycle_are_given_by_name():

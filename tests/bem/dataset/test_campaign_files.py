@@ -160,6 +160,7 @@ def test_merging_keeps_where_the_shards_come_from(tmp_path):
     assert (found["host"], found["versions"]) == (hosts, shards[0]["versions"])
     assert (found["workers"], found["command"]) == (2, "bem merge")
     assert found["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
+    assert found["wall_seconds"] == max(shard["wall_seconds"] for shard in shards)  # they ran side by side
 
 
 def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):
