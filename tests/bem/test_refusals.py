@@ -19,7 +19,9 @@ from bem.reference_solutions import persson_brener
 CYCLE = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 SCENE, PROTOCOL = Scene(1.0, StandardLinearSolid(0.1)), LoadingProtocol(**CYCLE)
 PAIRS = [0.0, 1.0], [0.0, 1.0]
-SPEED = r"must be a finite number at least 1e-12 and at most 1e\+12; received"
+NUMBER = "must be a finite number"
+RATIO = f"modulus_ratio {NUMBER} greater than 0 and at most 1; received"
+SPEED = rf"{NUMBER} at least 1e-12 and at most 1e\+12; received"
 DISC = "uniform_mesh needs a radius > 0 and a count of at least 3"
 
 
@@ -97,18 +99,12 @@ def each(call, name, message, *values):
 
 
 REFUSED = [
-    *each(
-        scene, "tabor", "tabor must be a finite number at least 1e-06 and at most 10000", 0, np.nan, np.inf, 1e5, "3"
-    ),
+    *each(scene, "tabor", f"tabor {NUMBER} at least 1e-06 and at most 10000", 0, np.nan, np.inf, 1e5, "3"),
     *each(scene, "material", r"material must be one of Elastic\(\.\.\.\), ", "rubber", None, Elastic, HardContact()),
     *each(scene, "adhesion", "adhesion must be one of LennardJones", Elastic(), "none", ConstantStress, TractionLaw),
     *each(scene, "spring", r"spring must be .* at least 1e-06 and at most 1e\+12", 0.0, np.nan, -np.inf, 1e13, True),
-    *each(
-        StandardLinearSolid, "modulus_ratio", "modulus_ratio must be .* greater than 0 and at most 1", 0, 1.1, "soft"
-    ),
-    *each(
-        ConstantStress, "width", r"width must be a finite number at least 0\.05 and at most 1", 0.01, 2.0, "wide", True
-    ),
+    *each(StandardLinearSolid, "modulus_ratio", RATIO, 0, 1.1, "soft"),
+    *each(ConstantStress, "width", rf"width {NUMBER} at least 0\.05 and at most 1", 0.01, 2.0, "wide", True),
     *each(cycle, "loading_rate", f"loading_rate {SPEED}", 0.0, -1.0, np.nan, np.inf, 1e13, "fast"),
     *each(cycle, "unloading_rate", f"unloading_rate {SPEED}", 0.0, 1e13),
     *each(cycle, "dwell_time", "dwell_time must be a finite number at least 0", -1e-9),
@@ -188,13 +184,8 @@ OF_DATA_SETS = [
     *each(Design, "ranges", "upper bound of tabor must be a finite number", {"tabor": (1.0, np.nan)}),
     *each(Design, "ranges", "range of tabor must be two numbers", {"tabor": 1.0}),
     *each(Design, "ranges", "received 'radius'", {"radius": (1.0, 2.0)}),
-    *each(Design, "modulus_ratio", "modulus_ratio must be a finite number greater than 0", 0.0),
-    *each(
-        Design,
-        "modulus_ratio",
-        "upper bound of modulus_ratio must be a finite number greater than 0 and at most 1",
-        (0.1, 2.0),
-    ),
+    *each(Design, "modulus_ratio", RATIO, 0.0),
+    *each(Design, "modulus_ratio", f"upper bound of {RATIO}", (0.1, 2.0)),
     (Design, {"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
     *each(Design, "modulus_ratio", "range of modulus_ratio must be two numbers, low and high", (0.1, 0.5, 1.0)),
     *each(
