@@ -110,10 +110,14 @@ def altered(undisturbed, tmp_path, change):
 
 
 def put(name, value, rows=...):
+    return lambda file: file[name].__setitem__(rows, value)
+
+
+def replaced(name, content):
     def change(file):
-        content = file[name][...]
-        content[rows] = value
-        file[name][...] = content
+        former = file[name][...]
+        del file[name]
+        file[name] = content(former)
 
     return change
 

@@ -12,20 +12,16 @@ from tests.bem.dataset.helpers import command
 from tests.data_files import editing
 
 
-def reformat(version):
-    return lambda file: file.attrs.__setitem__("format_version", version)
-
-
 def foreign(path, _):
     with h5py.File(path, "w") as file:
         file["x"] = 1
 
 
-def edited(change):
+def of_version(version):
     def make(path, content):
         path.write_bytes(content)
         with editing(path) as file:
-            change(file)
+            file.attrs["format_version"] = version
 
     return make
 
@@ -37,8 +33,8 @@ def edited(change):
         (lambda path, _: path.mkdir(), "received the folder"),
         (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not HDF5"),
         (lambda path, content: path.write_bytes(content[:20_000]), "truncated or damaged"),
-        (edited(reformat(0)), "which is of version 0"),
-        (edited(reformat("1")), "which is of version '1'"),
+        (of_version(0), "which is of version 0"),
+        (of_version("1"), "which is of version '1'"),
         (foreign, "an HDF5 file of another kind"),
     ],
 )
