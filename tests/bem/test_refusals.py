@@ -196,7 +196,7 @@ OF_DATA_SETS = [
     ),
     *each(drawn, "count", "must be a whole number from", 0, True, 1.5, np.nan, 10**30, 559_873),
     *each(drawn, "seed", "must be a whole number from", -1, 0.5),
-    *each(proportional_counts, "total", "total must be an integer of at least 6", 5, -1, 120.0, True),
+    *each(proportional_counts, "total", "total must be a whole number from 6 to", 5, -1, 120.0, True),
     *each(uniform_steps, "counts", "counts must be three integers", (1, 1, 1)),
     *each(uniform_steps, "dwell_time", "counts must ask for no dwell points where dwell_time is 0", 0.0),
     (
