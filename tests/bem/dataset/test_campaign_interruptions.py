@@ -44,10 +44,7 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
 
 
 def await_end(processes):
-    limit = time.monotonic() + helpers.HANG
-    while alive := [process for process in processes if Path(f"/proc/{process}").exists()]:
-        assert time.monotonic() < limit, alive
-        time.sleep(0.1)
+    helpers.wait_for(lambda: not any(Path(f"/proc/{process}").exists() for process in processes))
 
 
 INTERRUPTED = "bem: interrupted; what was done is saved, and the same command continues\n"
