@@ -36,8 +36,9 @@ def assert_damages_are_refused(source, path, count):
 @pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
 def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
     # In a process of its own, so that one that hangs or crashes fails the test alone.
-    here = "from tests.bem.dataset.test_damaged_files import Path, assert_damages_are_refused as check"
-    code = f"{here}; check(Path({str(undisturbed)!r}), Path({str(tmp_path / 'damaged.h5')!r}), {count})"
+    check = "from tests.bem.dataset.test_damaged_files import assert_damages_are_refused as check"
+    paths = ", ".join(f"Path({str(path)!r})" for path in (undisturbed, tmp_path / "damaged.h5"))
+    code = f"from pathlib import Path\n{check}\ncheck({paths}, {count})"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=300, cwd=ROOT)
 
 
