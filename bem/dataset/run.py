@@ -140,6 +140,8 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
         raise ValueError("shards must name at least one data set file; received none")
     require_suffix(out, SUFFIXES)
     out = followed(Path(out))
+    if out.absolute().parent.is_dir() and not out.is_dir():
+        require_output(out)
     records: dict[int, Record] = {}
     found: list[dict[str, Any]] = []
     for path in shards:

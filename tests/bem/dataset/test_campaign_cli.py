@@ -70,16 +70,21 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
         (["--out", "x.h5", "--design-file", "."], "design file must be a file; received the folder", 2),
         (["--out", "x.h5", "--design-file", "absent.toml"], "design file not found", 2),
         (["--out", "x.h5", "--design-file", "text.toml"], "count must be a whole number from 1 to 559872", 2),
+        (["--out", "x.h5", "--design-file", "broken.toml"], "design file must be TOML; received 'broken.toml'", 2),
+        (["--out", "x.h5", "--design-file", "other.toml"], "received 'speed' in 'other.toml'", 2),
+        (["--out", "x.h5", "--design-file", "ranges.toml"], "ranges must be a table of NAME = [LOW, HIGH]", 2),
     ],
 )
 def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("text.toml").write_text('count = "12"\n', encoding="utf-8")
+    texts = {"text": 'count = "12"', "broken": "design =", "other": "speed = 1", "ranges": "ranges = 3"}
+    for name, text in texts.items():
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
     Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
     assert len(result.stderr) < 1000
-    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", "text.toml"}
+    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", *(f"{name}.toml" for name in texts)}
 
 
 @pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[512:], lambda _: b""])
