@@ -36,16 +36,19 @@ def default_start_indentation(tabor: float | FloatArray) -> float | FloatArray:
     return -(np.pi ** (2.0 / 3.0)) * tabor
 
 
-def _require_pairs(name: str, instants: FloatArray, values: FloatArray, largest: float) -> None:
-    """Refuse a history whose values are not as many as its instants, or too large, and one of too many instants."""
+def _checked_pairs(name: str, times: ArrayLike, values: ArrayLike, largest: float) -> tuple[FloatArray, FloatArray]:
+    """Instants and values of a history, as many of each, both (n,) and read-only."""
+    instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
+    found = finite_vector(name, values, at_least=2)
     if len(instants) > MOST_INSTANTS:
         raise ValueError(
             f"times must be at most {MOST_INSTANTS} instants, between which {name} are linear; received {len(instants)}"
         )
-    if len(instants) != len(values):
-        raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(values)}")
-    if np.max(np.abs(values)) > largest:
-        raise ValueError(f"{name} must lie within +-{largest:g}; received {float(np.max(np.abs(values)))!r}")
+    if len(instants) != len(found):
+        raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(found)}")
+    if np.max(np.abs(found)) > largest:
+        raise ValueError(f"{name} must lie within +-{largest:g}; received {float(np.max(np.abs(found)))!r}")
+    return instants, found
 
 
 def _phases(changes: FloatArray) -> tuple[Phase, ...]:
@@ -83,9 +86,7 @@ class PiecewiseLinearProtocol(_Linear):
     phases: tuple[Phase, ...]
 
     def __init__(self, times: ArrayLike, indentations: ArrayLike, phases: tuple[Phase, ...] | None = None) -> None:
-        instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
-        depths = finite_vector("indentations", indentations, at_least=2)
-        _require_pairs("indentations", instants, depths, LARGEST_INDENTATION)
+        instants, depths = _checked_pairs("indentations", times, indentations, LARGEST_INDENTATION)
         if phases is None:
             phases = _phases(np.diff(depths))
         elif len(phases) != len(instants) - 1 or not set(phases) <= {"loading", "dwell", "unloading"}:
@@ -131,9 +132,7 @@ class ForceProtocol(_Linear):
     forces: FloatArray
 
     def __init__(self, times: ArrayLike, forces: ArrayLike) -> None:
-        instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
-        values = finite_vector("forces", forces, at_least=2)
-        _require_pairs("forces", instants, values, LARGEST_FORCE)
+        instants, values = _checked_pairs("forces", times, forces, LARGEST_FORCE)
         object.__setattr__(self, "times", instants)
         object.__setattr__(self, "forces", values)
 

@@ -10,7 +10,6 @@ import typer
 
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import end, say_what_is_kept
-from bem._support.outputs import require_output
 from bem._support.provenance import command_line
 from bem.cli.arguments import File, Text, option
 from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
@@ -93,11 +92,8 @@ def merge(
     replace: Annotated[bool, option("Replace the file of another campaign.")] = False,
 ) -> None:
     """Join the data set files that `bem campaign --shard` wrote."""
-    from bem.dataset.run import followed
     from bem.dataset.run import merge as join
 
-    if out.absolute().parent.is_dir() and not out.is_dir():
-        require_output(followed(out))
     summary = join(shards, out, command=command_line(sys.argv), replace=replace)
     failed = sum(summary.failures.values())
     typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")

@@ -1,6 +1,7 @@
 """What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
 
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
@@ -14,16 +15,7 @@ from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
 from bem.dataset.jobs import Job, Solver, solver_name
 from bem.dataset.measurement_steps import FMS, STEPS_VERSION, checked_counts
-from bem.dataset.records import (
-    JUMP_QUANTITIES,
-    NATIVE_QUANTITIES,
-    RESULTS,
-    Columns,
-    Layout,
-    Record,
-    grid_of,
-    measured_layout,
-)
+from bem.dataset.records import JUMP_QUANTITIES, NATIVE_QUANTITIES, RESULTS, Record, grid_of, measured_layout
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
@@ -65,14 +57,10 @@ class Campaign(Job):
             raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
-        checked = {
-            "count": count,
-            "seed": whole_number("seed", self.seed, low=0),
-            "counts": checked_counts(self.counts),
-            "shard": (whole_number("shard", self.shard[0], low=1, high=shards), shards),
-        }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        object.__setattr__(self, "count", count)
+        object.__setattr__(self, "seed", whole_number("seed", self.seed, low=0))
+        object.__setattr__(self, "counts", checked_counts(self.counts))
+        object.__setattr__(self, "shard", (whole_number("shard", self.shard[0], low=1, high=shards), shards))
 
     @classmethod
     def of(cls, identity: dict[str, Any]) -> "Campaign":
@@ -106,7 +94,7 @@ class Campaign(Job):
         return np.arange(self.shard[0] - 1, self.count, self.shard[1])
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> Mapping[str, np.dtype]:
         """The arrays of a data set but those of the protocols."""
         return measured_layout(sum(self.counts), native=self.native)
 
@@ -116,18 +104,20 @@ class Campaign(Job):
     def identity(self, solver: Solver | None = None) -> dict[str, Any]:
         """Everything that determines the numbers."""
         ratio = self.design.modulus_ratio
-        return {
+        identity = {
             "design": self.design.name,
             "ranges": {name: list(bounds) for name, bounds in self.design.ranges.items()},
             "modulus_ratio": list(ratio) if isinstance(ratio, tuple) else ratio,
-            **{name: getattr(self, name) for name in ("seed", "count", "accuracy")},
+            "seed": self.seed,
+            "count": self.count,
+            "accuracy": self.accuracy,
             "counts": list(self.counts),
             "native": self.native,
             "shard": "/".join(map(str, self.shard)),
             "solver": solver_name(solver),
-            # As before there were other steps.
-            **({"steps": self.steps, "steps_version": STEPS_VERSION} if self.steps != "uniform" else {}),
         }
+        # Uniform ones are not named, as before there were others.
+        return identity if self.steps == "uniform" else identity | {"steps": self.steps, "steps_version": STEPS_VERSION}
 
     def shard_path(self, out: Path) -> Path:
         """Where the data set goes: `out` itself, or beside it for one of several shards."""
@@ -138,17 +128,18 @@ class Campaign(Job):
     def cases_of(self, indices: np.ndarray) -> list[tuple[Scene, Any]]:
         """Scene and protocol of some of the protocols."""
         drawn = {"modulus_ratio": self.design.modulus_ratio} | self.protocols
-        columns = (np.broadcast_to(drawn[name], self.count)[indices] for name in (*QUANTITIES, "modulus_ratio"))
-        rows = np.stack(list(columns), axis=1).tolist()
+        columns = (
+            np.broadcast_to(drawn[name], self.count)[indices].tolist() for name in ("modulus_ratio", *QUANTITIES)
+        )
         return [
             (
                 Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()),
                 LoadingProtocol(**dict(zip(QUANTITIES[1:], rest, strict=True))),
             )
-            for tabor, *rest, ratio in rows
+            for ratio, tabor, *rest in zip(*columns, strict=True)
         ]
 
-    def inputs(self, indices: np.ndarray) -> Columns:
+    def inputs(self, indices: np.ndarray) -> dict[str, np.ndarray]:
         """The quantities of some of the protocols."""
         return {f"protocols/{name}": values[indices] for name, values in self.protocols.items()}
 
@@ -170,7 +161,7 @@ class Campaign(Job):
             results |= {f"native/{name}": getattr(trajectory, name) for name in NATIVE_QUANTITIES}
         return known, results
 
-    def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
+    def read(self, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Arrays and root attributes of a complete data set; see `load_dataset` for its errors."""
         dataset = load_dataset(path, native=True)
         return dataset.columns, dataset.attributes

@@ -27,11 +27,11 @@ from bem.dataset.checks import check_attributes, check_columns
 from bem.dataset.file import read_file
 from bem.dataset.jobs import Job, Solver, solver_name
 from bem.dataset.records import RESULTS, Columns, Record, layout_of, untabulate
-from bem.protocol import ForceProtocol, Protocol, history_of
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, history_of
 from bem.scene import Scene
 from bem.trajectory import Jump, Statistics, Trajectory
 
-FORMAT = "viscoelastic-contact-cases"
+FORMAT, WHAT = "viscoelastic-contact-cases", "file of cases"
 ARRAYS = {"time": float, "indentation": float, "force": float, "contact_radius": float, "unloading": np.uint8}
 """The arrays of a trajectory, and their types in a file."""
 _VOCABULARY = (indenter, materials, protocols, scenes, tractions)
@@ -117,7 +117,7 @@ class Cases(Job):
 
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file; see `load_cases` for its errors."""
-        return _read(path)[:2]
+        return read_file(path, _cases, form=FORMAT, what=WHAT)[:2]
 
 
 def load_cases(path: str | Path) -> list[Case]:
@@ -131,44 +131,31 @@ def load_cases(path: str | Path) -> list[Case]:
         DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
         ValueError: not such a file, or of another version of the format.
     """
-    return _read(Path(path))[2]
-
-
-def _read(path: Path) -> tuple[Columns, dict[str, Any], list[Case]]:
-    return read_file(path, _cases, form=FORMAT, what="file of cases")
+    return read_file(Path(path), _cases, form=FORMAT, what=WHAT)[2]
 
 
 def _cases(columns: Columns, attributes: dict[str, Any], _: h5py.File) -> tuple[Columns, dict[str, Any], list[Case]]:
     check_attributes(attributes, ("cases", "count", "accuracy", "solver"))
     layout = {**LAYOUT, "scene": np.dtype(object), "protocol": np.dtype(object)}
     check_columns(columns, layout, attributes["campaign"]["count"])
-    rows = zip(columns["scene"], columns["protocol"], untabulate(columns, LAYOUT), strict=True)
     cases = [
-        Case(
-            restored(json.loads(scene)),
-            restored(json.loads(protocol)),
-            restored_trajectory(record["outcome"], record),
-            record["reason"],
+        Case(restored(json.loads(scene)), restored(json.loads(protocol)), restored_trajectory(record), record["reason"])
+        for scene, protocol, record in zip(
+            columns["scene"], columns["protocol"], untabulate(columns, LAYOUT), strict=True
         )
-        for scene, protocol, record in rows
     ]
     return columns, attributes, cases
 
 
 def _checked(number: int, case: Any) -> tuple[Scene, Protocol]:
-    try:
-        scene, protocol = case
-        sound = isinstance(scene, Scene) and isinstance(protocol, Protocol)
-    except (TypeError, ValueError):
-        sound = False
-    if not sound:
-        raise ValueError(f"case {number} must be a Scene and a protocol; received {shown(case)}")
-    if not isinstance(protocol, ForceProtocol):
-        try:
-            history_of(protocol, scene.tabor)
-        except ValueError as error:
-            raise ValueError(f"case {number}: {error}") from error
-    return scene, protocol
+    match case:
+        case (Scene() as scene, LoadingProtocol() | PiecewiseLinearProtocol() | ForceProtocol() as protocol):
+            try:
+                history_of(protocol, scene.tabor)
+            except ValueError as error:
+                raise ValueError(f"case {number}: {error}") from error
+            return scene, protocol
+    raise ValueError(f"case {number} must be a Scene and a protocol; received {shown(case)}")
 
 
 def described(value: Any) -> Any:
@@ -205,19 +192,18 @@ def restored(description: Any) -> Any:
 
 def outcome_text(trajectory: Trajectory) -> str:
     """What a trajectory holds besides its arrays, as JSON."""
-    names = ("status", "accuracy", "energy_balance")
-    found = {name: getattr(trajectory, name) for name in names}
+    found = {name: getattr(trajectory, name) for name in ("status", "accuracy", "energy_balance")}
     found["jumps"] = [_numbers(asdict(jump)) for jump in trajectory.jumps]
     found["stats"] = asdict(trajectory.stats)
-    found |= {"spring": trajectory.spring} if trajectory.spring is not None else {}
-    found |= {"by_force": True} if trajectory.by_force else {}
-    found |= {"attraction": trajectory.attraction} if trajectory.attraction != 1.0 else {}
+    # As files of before, which held no others.
+    usual = {"spring": None, "by_force": False, "attraction": 1.0}
+    found |= {name: value for name, most in usual.items() if (value := getattr(trajectory, name)) != most}
     return json.dumps(_numbers(found), allow_nan=False, default=lambda number: number.item())
 
 
-def restored_trajectory(outcome: str, record: Mapping[str, np.ndarray]) -> Trajectory | None:
-    """Return the trajectory of such an outcome, `null` for none, and of the arrays in `native/` of a record."""
-    found = json.loads(outcome)
+def restored_trajectory(record: Mapping[str, Any]) -> Trajectory | None:
+    """Return the trajectory of a record, of its outcome and the arrays in `native/`; `None` where there is none."""
+    found = json.loads(record["outcome"])
     if found is None:
         return None
     arrays: dict[str, Any] = {name: record[f"native/{name}"] for name in ARRAYS}

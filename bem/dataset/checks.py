@@ -12,6 +12,7 @@ from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import STEPS_VERSION
 from bem.dataset.records import COMPLETED, FAILED, SCALARS, Columns, Layout, measured_layout
+from bem.dataset.sealed_file import DamagedFileError
 
 ATTRIBUTES = {
     "campaign": dict,
@@ -27,29 +28,28 @@ ATTRIBUTES = {
 IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "counts", "native", "shard", "solver")
 """What the attribute `campaign` of a data set holds."""
 
-WITHIN = {
-    **dict.fromkeys(("tabor", "loading_rate", "unloading_rate"), (lambda values: values > 0.0, "above zero")),
-    "dwell_time": (lambda values: values >= 0.0, "zero or above"),
-    "modulus_ratio": (lambda values: (values > 0.0) & (values <= 1.0), "above 0 and at most 1"),
+_RATES = ("protocols/tabor", "protocols/loading_rate", "protocols/unloading_rate")
+RULES = {
+    "status": (lambda values: np.isin(values, (COMPLETED, FAILED)), "neither completed nor failed"),
+    **dict.fromkeys(("jumps", "native", "protocols"), (np.isfinite, "not finite")),
+    **dict.fromkeys(_RATES, (lambda values: values > 0.0, "not above zero")),
+    "protocols/dwell_time": (lambda values: values >= 0.0, "not zero or above"),
+    "protocols/modulus_ratio": (lambda values: (values > 0.0) & (values <= 1.0), "not above 0 and at most 1"),
 }
-"""What a quantity of a protocol must be besides finite, and how that is called."""
-
-
-class InconsistentError(ValueError):
-    """The parts of a file do not fit together; the message says what is wrong with the file."""
+"""What holds for all values of an array or a group, and what they are where it does not."""
 
 
 def refuse(wrong: Any, fault: str) -> None:
-    """Refuse a file that is `wrong`, an array of truth values or one, for a fault."""
+    """Refuse a file that is `wrong`, an array of truth values or one, for a fault, which follows its name."""
     if np.any(wrong):
-        raise InconsistentError(fault)
+        raise DamagedFileError(fault)
 
 
 def check_attributes(attributes: Mapping[str, Any], identity: tuple[str, ...] = IDENTITY) -> None:
     """Check the root attributes of a file, and that `campaign` holds the names of an `identity`.
 
     Raises:
-        InconsistentError: as all functions here, naming the attribute or the array.
+        DamagedFileError: as all functions here, naming the attribute or the array.
     """
     for name, kind in ATTRIBUTES.items():
         refuse(name not in attributes, f"without the attribute {name!r}")
@@ -78,14 +78,14 @@ def check_columns(columns: Columns, layout: Layout, count: int) -> None:
     refuse(size == 0, "without trajectories")
     outside = index[0] < 0 or index[-1] >= count
     refuse(outside or np.any(np.diff(index) <= 0), f"whose /index does not increase from 0 to less than {shown(count)}")
-    refuse(~np.isin(columns["status"], (COMPLETED, FAILED)), "whose /status is neither completed nor failed")
     owners = columns.get("jumps/trajectory", index).astype(np.int64)
     foreign = np.any(np.diff(owners) < 0) or not np.all(np.isin(owners, index))
     refuse(foreign, "whose /jumps/trajectory is not in the order of /index")
     offsets = columns.get("native/offsets", np.zeros(1)).astype(np.int64)
     refuse(offsets[0] != 0 or np.any(np.diff(offsets) < 0), "whose /native/offsets do not increase from 0")
-    for name, values in columns.items():
-        refuse(name.startswith(("jumps/", "native/")) and ~np.isfinite(values), f"whose /{name} is not finite")
+    for name in columns:
+        for holds, words in (RULES[place] for place in (name.partition("/")[0], name) if place in RULES):
+            refuse(~holds(columns[name]), f"whose /{name} is {words}")
 
 
 def _check_array(columns: Columns, name: str, kinds: str, shape: tuple[int, ...]) -> None:
@@ -109,11 +109,6 @@ def check_dataset(columns: Columns, identity: Mapping[str, Any], counts: tuple[i
     layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
     protocols = {f"protocols/{name}": np.dtype(np.float64) for name in drawn}
     check_columns(columns, {**layout, **protocols}, identity["count"])
-    for name in drawn:
-        values = columns[f"protocols/{name}"]
-        refuse(~np.isfinite(values), f"whose /protocols/{name} is not finite")
-        holds, words = WITHIN.get(name, (np.isfinite, ""))
-        refuse(~holds(values), f"whose /protocols/{name} is not {words}")
     completed = columns["status"] == COMPLETED
     for name in ("fms/force", *(f"scalars/{name}" for name in SCALARS)):
         refuse(~np.isfinite(columns[name][completed]), f"whose /{name} is not finite in every completed trajectory")

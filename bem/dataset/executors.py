@@ -50,10 +50,6 @@ class Executor:
     def __enter__(self) -> Self:
         return self
 
-    def result(self, future: Future) -> Any:
-        """Return the result of a batch, or raise `died`."""
-        return future.result()
-
     def run(self, batches: deque[Batch], task: Task) -> Iterator[tuple[Batch, Any]]:
         """Each batch with what the task returned, `None` where the worker died every time, in the order of arrival.
 
@@ -76,7 +72,7 @@ class Executor:
             future = ended.get()
             batch = running.pop(future)
             try:
-                result = self.result(future)
+                result = future.result()
             except self.died:
                 deaths[batch[0][0]] += 1
                 if deaths[batch[0][0]] < self.patience:
@@ -158,7 +154,7 @@ class ClusterExecutor(Executor):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         reachable, self._place = scheduler_address(address), shown(address)
         self.died = distributed.KilledWorker  # after three workers
-        self._lost = (OSError, TimeoutError, distributed.CancelledError, CancelledError)
+        self._lost = (OSError, distributed.CancelledError, CancelledError)
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
             with ThreadPoolExecutor(1) as thread:
@@ -169,7 +165,7 @@ class ClusterExecutor(Executor):
         try:
             self._client.wait_for_workers(1, timeout=patience)
             self.workers = sum(self._client.nthreads().values())
-        except (OSError, TimeoutError) as error:
+        except OSError as error:
             self._client.close()
             raise CampaignError(f"the Dask scheduler at {self._place} has no workers") from error
         self.in_flight = max(4 * self.workers, 256)  # more workers may join
@@ -183,10 +179,10 @@ class ClusterExecutor(Executor):
         """Start a batch."""
         return self._client.submit(task, batch, pure=False)
 
-    def result(self, future: Future) -> Any:
-        """Return the result of a batch; raise `died`, or `CampaignError` where the work cannot continue."""
+    def run(self, batches: deque[Batch], task: Task) -> Iterator[tuple[Batch, Any]]:
+        """As `Executor.run`; raise `CampaignError` where the work cannot continue."""
         try:
-            return future.result()
+            yield from super().run(batches, task)
         except self._lost as error:
             raise CampaignError(
                 f"lost the Dask scheduler at {self._place}; what is saved is kept, and the same command continues"

@@ -18,19 +18,10 @@ from bem._support.outputs import write_whole
 from bem._support.quantities import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
-from bem.dataset.checks import InconsistentError, check_attributes, check_dataset
+from bem.dataset.checks import check_attributes, check_dataset
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
-from bem.dataset.sealed_file import (
-    BLOCK,
-    FORMAT,
-    FORMAT_VERSION,
-    SEALED,
-    DamagedFileError,
-    arrays,
-    open_dataset,
-    seal,
-)
+from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, arrays, open_dataset, seal
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -138,7 +129,7 @@ def read_file(
 
     Args:
         path: the file.
-        build: raises `InconsistentError`, or any error, where the parts do not fit together.
+        build: raises `DamagedFileError`, or any error, where the parts do not fit together.
         form: name of the format.
         what: what the file should hold, for the message.
         native: whether to read the native histories too.
@@ -165,7 +156,7 @@ def read_file(
             return build(columns, {name: _plain(value) for name, value in stored.items()}, file)
         except Exception as error:  # on a damaged file the library may raise any error
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
-            wrong = str(error) if isinstance(error, InconsistentError) else wrong
+            wrong = str(error) if isinstance(error, DamagedFileError) else wrong
             raise DamagedFileError(f"expected a complete {what}; received {str(path)!r}, {wrong}") from error
 
 

@@ -6,7 +6,6 @@ workers without its cases, which each batch brings with it.
 
 import functools
 import time
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -37,16 +36,24 @@ BATCHES_PER_WORKER = 96
 Solver = Callable[..., Any]
 
 
-class Job(ABC):
-    """Trajectories to simulate, how, and what is kept of each.
-
-    `indices`, shape (n,), names them; `accuracy` is that of `bem.simulate`; `layout` has the arrays that hold what is
-    kept.
-    """
+class Job:
+    """Trajectories to simulate, how, and what is kept of each, as its subclasses say."""
 
     indices: np.ndarray
+    """Which trajectories, shape (n,)."""
     accuracy: str | float
     layout: Layout
+    """The arrays that hold what is kept."""
+    identity: Callable[..., dict[str, Any]]
+    """Returns everything that determines the numbers, the solver included, or a stand-in for it."""
+    cases_of: Callable[[Any], list[tuple[Scene, Any]]]
+    """Returns scene and protocol of the trajectories of some indices."""
+    inputs: Callable[[Any], Columns]
+    """Returns what the file says of the cases of some indices."""
+    kept: Callable[[Any, Any], tuple[Record, Record]]
+    """Returns what is kept of any trajectory of a case, and of a completed one besides."""
+    read: Callable[[Path], tuple[Columns, dict[str, Any]]]
+    """Returns arrays and root attributes of a complete file; see `load_dataset` for its errors."""
     form: ClassVar[str] = FORMAT
     """Name of the file's format."""
     stated: ClassVar[tuple[str, ...]] = ("accuracy",)
@@ -55,26 +62,6 @@ class Job(ABC):
     """Beginning of the paths of arrays in which every number must be finite."""
     without_trajectory: ClassVar[Record] = {}
     """What is not blank in a record where the solver raised an error."""
-
-    @abstractmethod
-    def identity(self, solver: Solver | None = None) -> dict[str, Any]:
-        """Everything that determines the numbers."""
-
-    @abstractmethod
-    def cases_of(self, indices: np.ndarray) -> list[tuple[Scene, Protocol]]:
-        """Scene and protocol of some of the trajectories."""
-
-    @abstractmethod
-    def inputs(self, indices: np.ndarray) -> Columns:
-        """What the file says of the cases of some of the trajectories."""
-
-    @abstractmethod
-    def kept(self, trajectory: Any, case: tuple[Scene, Any]) -> tuple[Record, Record]:
-        """What is kept of any trajectory, and of a completed one besides."""
-
-    @abstractmethod
-    def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
-        """Arrays and root attributes of a complete file; see `load_dataset` for its errors."""
 
     def shard_path(self, out: Path) -> Path:
         """Where the file goes: `out` itself, or beside it for one of several shards."""
@@ -103,9 +90,9 @@ class Job(ABC):
             known, results = self.kept(trajectory, case)
         except Exception as error:
             return self.failed(index, f"{type(error).__name__}: {error}")
-        sound = self._finite(known)
-        if not (sound and self._finite(results)):
-            return self.failed(index, "the solver returned numbers that are not finite", known if sound else {})
+        if not self._finite(known | results):
+            known = known if self._finite(known) else {}
+            return self.failed(index, "the solver returned numbers that are not finite", known)
         if not trajectory.completed:
             return self.failed(index, trajectory.status, known)
         return {"index": index, "status": COMPLETED, "reason": ""} | known | results
@@ -137,21 +124,17 @@ def warm_solver() -> Solver:
 
 @dataclass(frozen=True)
 class Arrival:
-    """The results of a batch.
-
-    Args:
-        records: one for each trajectory that was simulated, the first ones of the batch.
-        seconds: what they took a worker.
-        origin: versions and host of the worker, empty where it died.
-        solver_version: of the worker's solver.
-        memory: largest memory of the worker so far, in bytes.
-    """
+    """The results of a batch."""
 
     records: list[Record]
+    """One for each trajectory that was simulated, the first ones of the batch."""
     seconds: float = 0.0
+    """What they took a worker."""
     origin: dict[str, Any] = field(default_factory=dict)
+    """Versions and host of the worker, empty where it died."""
     solver_version: str = SOLVER_VERSION
     memory: int = 0
+    """Largest memory of the worker so far, in bytes."""
 
 
 def simulated_batch(job: Job, solver: Solver | None, patience: float, batch: Batch) -> Arrival:

@@ -13,7 +13,7 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Self
@@ -57,13 +57,13 @@ class Journal:
         replace: start although batches of another campaign are there; they are removed once this one is complete.
 
     Raises:
-        ValueError: batches of another campaign, or of a former version, are there.
+        ValueError: batches of another campaign are there.
         CampaignError: another process is writing there, or the place cannot be written.
     """
 
     def __init__(self, out: Path, identity: Mapping[str, Any], *, replace: bool = False) -> None:
-        self.out, self.identity, self.replace = out, json.loads(json.dumps(identity)), replace
-        digest = hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
+        self.out, self.identity, self.replace = out, identity, replace
+        digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
         self.path = out.with_name(f"{out.name}.{digest[:16]}.parts")
         self.batches: list[Columns] = []
         """What earlier calls saved."""
@@ -81,12 +81,11 @@ class Journal:
                 f"under way and may be replaced with --replace: {why}"
             )
         try:
-            self._lock()
-            try:
+            with ExitStack() as unless_read:
+                self._lock()
+                unless_read.callback(os.close, self._file)
                 self._read()
-            except BaseException:
-                os.close(self._file)
-                raise
+                unless_read.pop_all()
         except OSError as error:
             raise CampaignError(f"cannot write beside {str(self.out)!r} ({error.strerror or error})") from error
         self._clock = time.perf_counter()
@@ -96,9 +95,6 @@ class Journal:
         os.close(self._file)
 
     def _others(self) -> list[Path]:
-        folder = self.out.with_name(f"{self.out.name}.parts")
-        if folder.is_dir():
-            raise ValueError(f"out must have no batches of a former version beside it; received {str(folder)!r}")
         found = self.out.parent.glob(f"{glob.escape(self.out.name)}.{16 * '[0-9a-f]'}.parts")
         return sorted(path for path in found if path != self.path)
 

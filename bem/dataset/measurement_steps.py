@@ -10,7 +10,7 @@ from dataclasses import asdict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.validation import FloatArray
+from bem._support.validation import FloatArray, whole_number
 from bem._support.wording import shown
 from bem.protocol import LoadingProtocol, default_start_indentation
 
@@ -25,10 +25,9 @@ FIRST_UNLOADING = FMS[0] + FMS[1] - 1
 
 def proportional_counts(total: int) -> tuple[int, int, int]:
     """Points for loading, dwell and unloading in the proportion 50 : 20 : 50, adding up to `total` >= 6."""
-    if isinstance(total, bool) or not isinstance(total, int | np.integer) or total < 6:
-        raise ValueError(f"total must be an integer of at least 6; received {shown(total)}")
-    ramp = round(int(total) * FMS[0] / sum(FMS))
-    return ramp, int(total) - 2 * ramp, ramp
+    total = whole_number("total", total, low=6)
+    ramp = round(total * FMS[0] / sum(FMS))
+    return ramp, total - 2 * ramp, ramp
 
 
 def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:

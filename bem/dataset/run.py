@@ -96,10 +96,10 @@ def run_campaign(
         if journal.path.exists():  # a process killed right after the file was in place could not remove it
             with suppress(CampaignError, ValueError), journal:
                 journal.remove()
-        failures = _failures(complete[0])
-        if not (retry_failed and failures):
-            progress(len(complete[0]["index"]), failures.total())
-            return summary_of(path, *complete)
+        found = summary_of(path, *complete)
+        if not (retry_failed and found.failures):
+            progress(found.count, found.failures.total())
+            return found
         journal = Journal(path, identity | {"retry_failed": True}, replace=replace)
     if path.absolute().parent.is_dir():  # others are made; a complete file is only read
         require_output(path)
@@ -107,11 +107,12 @@ def run_campaign(
         if complete := existing(campaign, path, identity, replace=replace):  # another process may have completed it
             journal.batches.insert(0, complete[0])
             journal.costs.insert(0, {name: complete[1][name] for name in (*SECONDS, "versions", "host")})
-        done = _done(campaign, journal.batches, retry_failed=retry_failed)
-        failed = sum(record["status"] != COMPLETED for record in done.values())
+        earlier = [record for columns in journal.batches for record in untabulate(columns, campaign.layout)]
+        # Later records take the place of earlier ones.
+        done = {record["index"]: record for record in earlier if record["status"] == COMPLETED or not retry_failed}
+        missing = np.setdiff1d(campaign.indices, np.array(list(done), dtype=np.int64))
+        failed, memory = sum(record["status"] != COMPLETED for record in done.values()), 0
         progress(len(done), failed)
-        missing = np.array([index for index in campaign.indices.tolist() if index not in done], dtype=np.int64)
-        memory = 0
         for arrival in results(campaign, missing, executor, solver):
             journal.add(tabulate(arrival.records, campaign.layout), arrival.seconds, arrival.origin)
             done |= {record["index"]: record for record in arrival.records}
@@ -127,12 +128,6 @@ def run_campaign(
     return summary_of(path, *whole, len(missing), journal.damaged)
 
 
-def _done(campaign: Job, parts: Sequence[Columns], *, retry_failed: bool) -> dict[int, Record]:
-    """The records of some parts by their index, later ones first; a failed one counts unless it is tried again."""
-    records = (record for columns in parts for record in untabulate(columns, campaign.layout))
-    return {record["index"]: record for record in records if record["status"] == COMPLETED or not retry_failed}
-
-
 def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
     """Join the data set files of all shards of a campaign into one.
 
@@ -145,18 +140,20 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
         raise ValueError("shards must name at least one data set file; received none")
     require_suffix(out, SUFFIXES)
     out = followed(Path(out))
+    if out.absolute().parent.is_dir() and not out.is_dir():
+        require_output(out)
     records: dict[int, Record] = {}
     found: list[dict[str, Any]] = []
-    identity: dict[str, Any] = {}
     for path in shards:
         dataset = load_dataset(path, native=True)
-        theirs = dataset.attributes["campaign"]
-        campaign = Campaign.of(theirs)
-        identity = identity or {**theirs, "shard": "1/1"}
-        if difference := differences(identity, {**theirs, "shard": "1/1"}):
+        theirs = {**dataset.attributes["campaign"], "shard": "1/1"}
+        if not found:
+            identity, campaign = theirs, Campaign.of(theirs)
+        if difference := differences(identity, theirs):
             raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
         if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
-            raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {theirs['shard']}, a second time")
+            shard = dataset.attributes["shard"]
+            raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {shard}, a second time")
         found.append(dataset.attributes)
         records |= {record["index"]: record for record in untabulate(dataset.columns, campaign.layout)}
     absent = sorted(set(range(identity["count"])) - records.keys())
@@ -165,7 +162,6 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
             f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
             f"the first being trajectory {absent[0]}"
         )
-    campaign = Campaign.of(identity)
     # A merged file of this campaign is made anew: its shards may have been completed since.
     existing(campaign, out, identity, replace=replace)
     cost = {"workers": sum(one["workers"] for one in found)} | _joined(found, max)
@@ -231,9 +227,6 @@ def summary_of(
     path: Path, columns: Columns, attributes: dict[str, Any], computed: int = 0, damaged: int = 0
 ) -> Summary:
     """Summary of a file with these arrays and attributes, of which this call computed some trajectories."""
+    failures = Counter(map(str, columns["reason"][columns["status"] != COMPLETED]))
     seconds = (float(attributes[name]) for name in SECONDS)
-    return Summary(path, len(columns["index"]), computed, _failures(columns), *seconds, damaged)
-
-
-def _failures(columns: Columns) -> Counter:
-    return Counter(map(str, columns["reason"][columns["status"] != COMPLETED]))
+    return Summary(path, len(columns["index"]), computed, failures, *seconds, damaged)

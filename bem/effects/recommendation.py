@@ -28,7 +28,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -44,9 +44,7 @@ from bem.solver.simulation import simulate
 from bem.trajectory import Trajectory
 
 Quantity = Literal["force", "pull_off_force", "hysteresis"]
-QUANTITIES = ("force", "pull_off_force", "hysteresis")
 Best = Literal["cheapest", "fewest"]
-BEST = ("cheapest", "fewest")
 FoundBy = Literal["estimate", "simulation", "nothing is left out"]
 _POINTS = {"loading": 50, "dwell": 20, "unloading": 50}
 _LEAST_ADHESION, _MOST_ADHESION = 0.15, 3.0  # of the force, in pi R dgamma; the most also times 1/k
@@ -113,7 +111,7 @@ def recommend(
         raise ValueError(f"recommend knows the paraboloid only: indenter must be None; received {scene.indenter}")
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
     tolerance = finite_number("tolerance", tolerance, low=1e-3, high=1.0)
-    for name, value, allowed in (("quantity", quantity, QUANTITIES), ("best", best, BEST)):
+    for name, value, allowed in (("quantity", quantity, get_args(Quantity)), ("best", best, get_args(Best))):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; received {shown(value)}")
     history = history_of(protocol, scene.tabor)

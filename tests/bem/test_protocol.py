@@ -61,23 +61,19 @@ def test_histories_of_the_hard_cases_are_well_formed(tabor, travel, load, dwell,
     assert history.duration == pytest.approx(protocol.phase_times(tabor)[3])
 
 
-def test_any_piecewise_linear_history():
-    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0, 4.0], [0.0, 5.0, 5.0, 1.0])
+@pytest.mark.parametrize("kind", [PiecewiseLinearProtocol, ForceProtocol])
+def test_any_history_is_a_value(kind):
+    sign = 1 if kind is PiecewiseLinearProtocol else -1  # compression is loading
+    protocol = kind([0.0, 1.0, 2.0, 4.0], [0.0, sign * 5.0, sign * 5.0, 1.0])
     assert protocol.phases == ("loading", "dwell", "unloading")
-    assert protocol == PiecewiseLinearProtocol((0, 1, 2, 4), (0, 5, 5, 1))
-    assert len({protocol, PiecewiseLinearProtocol((0, 1, 2, 4), (0, 5, 5, 1))}) == 1
-    assert protocol != PiecewiseLinearProtocol([0.0, 1.0], [0.0, 1.0])
-    with pytest.raises(ValueError, match="read-only"):
-        protocol.times[0] = 1.0
-
-
-def test_a_force_history():
-    protocol = ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 1.0])
-    assert protocol.phases == ("loading", "dwell", "unloading")  # compression is loading
     assert protocol.duration == 4.0
-    assert protocol == ForceProtocol((0, 1, 2, 4), (0, -5, -5, 1))
-    assert protocol != ForceProtocol([0.0, 1.0], [0.0, -5.0])
-    assert protocol != PiecewiseLinearProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 1.0])
-    assert len({protocol, ForceProtocol((0, 1, 2, 4), (0, -5, -5, 1))}) == 1
-    with pytest.raises(ValueError, match="read-only"):
-        protocol.forces[0] = 1.0
+    again = kind((0, 1, 2, 4), (0, sign * 5, sign * 5, 1))
+    assert protocol == again
+    assert len({protocol, again}) == 1
+    assert protocol != kind([0.0, 1.0], [0.0, sign * 5.0])
+    for values in vars(protocol).values():
+        if isinstance(values, np.ndarray):
+            with pytest.raises(ValueError, match="read-only"):
+                values[0] = 1.0
+    pairs = [0.0, 1.0], [0.0, 1.0]
+    assert PiecewiseLinearProtocol(*pairs) != ForceProtocol(*pairs)

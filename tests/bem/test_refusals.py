@@ -19,7 +19,9 @@ from bem.reference_solutions import persson_brener
 CYCLE = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 SCENE, PROTOCOL = Scene(1.0, StandardLinearSolid(0.1)), LoadingProtocol(**CYCLE)
 PAIRS = [0.0, 1.0], [0.0, 1.0]
-SPEED = r"must be a finite number at least 1e-12 and at most 1e\+12; received"
+NUMBER = "must be a finite number"
+RATIO = f"modulus_ratio {NUMBER} greater than 0 and at most 1; received"
+SPEED = rf"{NUMBER} at least 1e-12 and at most 1e\+12; received"
 DISC = "uniform_mesh needs a radius > 0 and a count of at least 3"
 
 
@@ -76,23 +78,33 @@ def begun(contact=SCENE, **changes):
     return Contact(contact, **changes)
 
 
+def labelled(phases):
+    return PiecewiseLinearProtocol(*PAIRS, phases)
+
+
+def started(**changes):
+    return cycle(**changes).history(1.0)
+
+
+def energy(**changes):
+    return persson_brener.effective_energy(**{"crack_velocity": 1.0, "modulus_ratio": 0.1} | changes)
+
+
+def velocity(**changes):
+    return persson_brener.crack_velocity(**{"effective_energy": 1.0, "modulus_ratio": 0.1} | changes)
+
+
 def each(call, name, message, *values):
     return [(call, {name: value}, message) for value in values]
 
 
 REFUSED = [
-    *each(
-        scene, "tabor", "tabor must be a finite number at least 1e-06 and at most 10000", 0, np.nan, np.inf, 1e5, "3"
-    ),
+    *each(scene, "tabor", f"tabor {NUMBER} at least 1e-06 and at most 10000", 0, np.nan, np.inf, 1e5, "3"),
     *each(scene, "material", r"material must be one of Elastic\(\.\.\.\), ", "rubber", None, Elastic, HardContact()),
     *each(scene, "adhesion", "adhesion must be one of LennardJones", Elastic(), "none", ConstantStress, TractionLaw),
     *each(scene, "spring", r"spring must be .* at least 1e-06 and at most 1e\+12", 0.0, np.nan, -np.inf, 1e13, True),
-    *each(
-        StandardLinearSolid, "modulus_ratio", "modulus_ratio must be .* greater than 0 and at most 1", 0, 1.1, "soft"
-    ),
-    *each(
-        ConstantStress, "width", r"width must be a finite number at least 0\.05 and at most 1", 0.01, 2.0, "wide", True
-    ),
+    *each(StandardLinearSolid, "modulus_ratio", RATIO, 0, 1.1, "soft"),
+    *each(ConstantStress, "width", rf"width {NUMBER} at least 0\.05 and at most 1", 0.01, 2.0, "wide", True),
     *each(cycle, "loading_rate", f"loading_rate {SPEED}", 0.0, -1.0, np.nan, np.inf, 1e13, "fast"),
     *each(cycle, "unloading_rate", f"unloading_rate {SPEED}", 0.0, 1e13),
     *each(cycle, "dwell_time", "dwell_time must be a finite number at least 0", -1e-9),
@@ -144,6 +156,19 @@ REFUSED = [
     *each(fitted, "loss", "loss must have as many values as frequency; received 4 and 3", [1.0] * 4),
     *each(fitted, "terms", "terms must be a whole number from 1 to 100; received 0", 0),
     (fitted, {"storage": [1e-9, 1e-7, 1e-5], "loss": [1.0, 10.0, 100.0]}, "the moduli are those of a fluid"),
+    (PronySeries, {"compliances": [0.5, 0.5], "times": [1.0, 2.0]}, "sum less than 1"),
+    *each(labelled, "phases", "phases must name each of the 1 segments", ("loading", "dwell")),
+    *each(started, "dwell_time", "the dwell phase must outlast the rounding of its start time", 1e-300),
+    (energy, {"crack_velocity": -1.0}, "crack_velocity must be finite and at least 0; received -1"),
+    (energy, {"modulus_ratio": 0.0}, "modulus_ratio must be greater than 0 and at most 1; received 0"),
+    (velocity, {"effective_energy": 11.0}, "effective_energy must lie between 1 and 1/modulus_ratio"),
+    (velocity, {"modulus_ratio": 1.0}, "modulus_ratio must be greater than 0 and less than 1"),
+    *each(
+        resolve_accuracy,
+        "accuracy",
+        r"^accuracy must be 'draft', 'standard', 'reference' or .*; received",
+        *("best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j),
+    ),
 ]
 """What describes a contact or is asked of one."""
 OF_DATA_SETS = [
@@ -159,13 +184,8 @@ OF_DATA_SETS = [
     *each(Design, "ranges", "upper bound of tabor must be a finite number", {"tabor": (1.0, np.nan)}),
     *each(Design, "ranges", "range of tabor must be two numbers", {"tabor": 1.0}),
     *each(Design, "ranges", "received 'radius'", {"radius": (1.0, 2.0)}),
-    *each(Design, "modulus_ratio", "modulus_ratio must be a finite number greater than 0", 0.0),
-    *each(
-        Design,
-        "modulus_ratio",
-        "upper bound of modulus_ratio must be a finite number greater than 0 and at most 1",
-        (0.1, 2.0),
-    ),
+    *each(Design, "modulus_ratio", RATIO, 0.0),
+    *each(Design, "modulus_ratio", f"upper bound of {RATIO}", (0.1, 2.0)),
     (Design, {"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
     *each(Design, "modulus_ratio", "range of modulus_ratio must be two numbers, low and high", (0.1, 0.5, 1.0)),
     *each(
@@ -176,7 +196,7 @@ OF_DATA_SETS = [
     ),
     *each(drawn, "count", "must be a whole number from", 0, True, 1.5, np.nan, 10**30, 559_873),
     *each(drawn, "seed", "must be a whole number from", -1, 0.5),
-    *each(proportional_counts, "total", "total must be an integer of at least 6", 5, -1, 120.0, True),
+    *each(proportional_counts, "total", "total must be a whole number from 6 to", 5, -1, 120.0, True),
     *each(uniform_steps, "counts", "counts must be three integers", (1, 1, 1)),
     *each(uniform_steps, "dwell_time", "counts must ask for no dwell points where dwell_time is 0", 0.0),
     (
@@ -198,79 +218,40 @@ OF_DATA_SETS = [
 ]
 
 
-@pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS)
+OF_PAIRS = [
+    (kind, {"times": times, name: values}, message)
+    for kind, name in ((PiecewiseLinearProtocol, "indentations"), (ForceProtocol, "forces"))
+    for times, values, message in (
+        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
+        ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
+        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
+        ([-np.inf, 0.0], [0.0, 1.0], "times must be"),
+        ([0.0, 1.0], [0.0, np.nan], f"{name} must be a one-dimensional sequence"),
+        ([0.0, 1.0], ["0", "1"], f"{name} must be"),
+        ([0.0, 1.0], [0.0, 1.0, 2.0], f"times and {name} must have the same length; received 2 and 3"),
+        (np.arange(100_001), np.zeros(100_001), "times must be at most 100000 instants, .*; received 100001"),
+        ([0.0, 1.0], [0.0, 1e10], rf"{name} must lie within \+-1e\+0"),
+    )
+] + [
+    (make, {name: amounts, "times": times}, message)
+    for make, name in ((PronySeries, "compliances"), (PronySeries.from_moduli, "moduli"))
+    for amounts, times, message in (
+        ([-0.1], [1.0], f"{name} must be at least 0"),
+        ([0.1], [0.0], "times must be greater than 0"),
+        ([0.1], [np.inf], "times must be a one-dimensional"),
+        ([0.1, 0.1], [1.0, 1.0], "distinct"),
+        ([0.1, 0.1], [1.0], "same length"),
+    )
+]
+"""Histories and spectra."""
+
+
+@pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS + OF_PAIRS)
 def test_a_wrong_quantity_is_named(call, changes, message):
     with pytest.raises(ValueError, match=message) as found:
         call(**changes)
     assert "received" in str(found.value)
     assert "\n" not in str(found.value)
-
-
-@pytest.mark.parametrize("kind", [PiecewiseLinearProtocol, ForceProtocol])
-@pytest.mark.parametrize(
-    ("times", "values", "message"),
-    [
-        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
-        ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
-        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
-        ([-np.inf, 0.0], [0.0, 1.0], "times must be"),
-        ([0.0, 1.0], [0.0, np.nan], "s must be a one-dimensional sequence"),
-        ([0.0, 1.0], ["0", "1"], "s must be"),
-        ([0.0, 1.0], [0.0, 1.0, 2.0], "times and .*s must have the same length; received 2 and 3"),
-        (np.arange(100_001), np.zeros(100_001), "times must be at most 100000 instants, .*; received 100001"),
-        ([0.0, 1.0], [0.0, 1e10], r"s must lie within \+-1e\+0"),
-    ],
-)
-def test_what_is_no_history_is_named(kind, times, values, message):
-    with pytest.raises(ValueError, match=message):
-        kind(times, values)
-
-
-@pytest.mark.parametrize("make", [PronySeries, PronySeries.from_moduli])
-@pytest.mark.parametrize(
-    ("amounts", "times", "message"),
-    [
-        ([-0.1], [1.0], "(compliances|moduli) must be at least 0"),
-        ([0.1], [0.0], "times must be greater than 0"),
-        ([0.1], [np.inf], "times must be a one-dimensional"),
-        ([0.1, 0.1], [1.0, 1.0], "distinct"),
-        ([0.1, 0.1], [1.0], "same length"),
-    ],
-)
-def test_what_is_no_spectrum_is_named(make, amounts, times, message):
-    with pytest.raises(ValueError, match=message):
-        make(amounts, times)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: PronySeries([0.5, 0.5], [1.0, 2.0]), "sum less than 1"),
-        (lambda: PiecewiseLinearProtocol(*PAIRS, ("loading", "dwell")), "phases must name each of the 1 segments"),
-        (lambda: cycle(dwell_time=1e-300).history(1.0), "the dwell phase must outlast the rounding of its start time"),
-        (
-            lambda: persson_brener.effective_energy(-1.0, 0.1),
-            "crack_velocity must be finite and at least 0; received -1",
-        ),
-        (
-            lambda: persson_brener.effective_energy(1.0, 0.0),
-            "modulus_ratio must be greater than 0 and at most 1; received 0",
-        ),
-        (lambda: persson_brener.crack_velocity(11.0, 0.1), "effective_energy must lie between 1 and 1/modulus_ratio"),
-        (lambda: persson_brener.crack_velocity(1.0, 1.0), "modulus_ratio must be greater than 0 and less than 1"),
-    ],
-)
-def test_what_cannot_be_is_named(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
-
-
-@pytest.mark.parametrize(
-    "accuracy", ["best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j]
-)
-def test_an_unknown_accuracy_is_refused_with_what_is_allowed(accuracy):
-    with pytest.raises(ValueError, match=r"^accuracy must be 'draft', 'standard', 'reference' or .*; received"):
-        resolve_accuracy(accuracy)
 
 
 def test_the_quantities_of_a_cycle_are_given_by_name():

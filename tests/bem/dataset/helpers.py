@@ -53,10 +53,7 @@ def numbers(path):
 
 
 def assert_same_numbers(path, other):
-    found, expected = numbers(path), numbers(other)
-    assert found.keys() == expected.keys()
-    for name, values in expected.items():
-        np.testing.assert_array_equal(found[name], values, err_msg=name)
+    np.testing.assert_equal(numbers(path), numbers(other))
 
 
 def children(parent):
@@ -72,11 +69,15 @@ def parts(out):
     return [entry for path in journals(out) for entry in path.read_bytes().split(MARK)[1:-1]]
 
 
-def await_parts(out, process, at_least):
+def wait_for(condition):
     limit = time.monotonic() + HANG
-    while len(parts(out)) < at_least and process.poll() is None:
+    while not condition():
         assert time.monotonic() < limit
         time.sleep(0.005)
+
+
+def await_parts(out, process, at_least):
+    wait_for(lambda: len(parts(out)) >= at_least or process.poll() is not None)
 
 
 def start_command(*arguments, solver="slow", before="", **options):
@@ -86,13 +87,9 @@ def start_command(*arguments, solver="slow", before="", **options):
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import bem._support.interruption\n"
         "bem._support.interruption.end_on_interrupt('bem')\n"
-        "import bem.dataset.run, functools, typer, bem.cli.campaign\n"
-        "from tests.bem.dataset import stand_in\n"
-        f"solver = stand_in.{solver}\n"
-        "run = bem.dataset.run\n"
-        "run.run_campaign = functools.partial(run.run_campaign, solver=solver)\n"
-        "app = typer.Typer()\n"
-        "bem.cli.campaign.register(app)\n"
+        "import bem.dataset.run as run, functools\n"
+        "from tests.bem.dataset.helpers import app, stand_in\n"
+        f"run.run_campaign = functools.partial(run.run_campaign, solver=stand_in.{solver})\n"
         f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
         f"{before}\n"
         "app()\n"
@@ -110,10 +107,14 @@ def altered(undisturbed, tmp_path, change):
 
 
 def put(name, value, rows=...):
+    return lambda file: file[name].__setitem__(rows, value)
+
+
+def replaced(name, content):
     def change(file):
-        content = file[name][...]
-        content[rows] = value
-        file[name][...] = content
+        former = file[name][...]
+        del file[name]
+        file[name] = content(former)
 
     return change
 

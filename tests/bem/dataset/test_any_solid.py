@@ -40,34 +40,23 @@ def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_it_is_verified_and_learned_from_like_any_other(path):
+def test_it_is_verified_checked_and_learned_from_like_any_other(path, tmp_path):
     assert verify(path, sample=4).agrees
     dataset = TrajectoryDataset.load(path)
     assert dataset.modulus_ratio is None
     np.testing.assert_array_equal(dataset.modulus_ratios(np.array([2, 0])), dataset.protocols["modulus_ratio"][[2, 0]])
     np.testing.assert_array_equal(dataset.grid(np.array([1])), [values[1:2] for values in load_dataset(path).grid()])
+    with pytest.raises(DamagedFileError, match=r"without /protocols/modulus_ratio"):
+        load_dataset(altered(path, tmp_path, lambda file: file.__delitem__("protocols/modulus_ratio")))
 
 
-def test_the_same_protocols_on_other_steps_or_solids_are_another_data_set(path, tmp_path):
-    digests = {TrajectoryDataset.load(path).sha256}
-    for number, options in enumerate(
-        (OPTIONS, (*OPTIONS, "--steps", "physical"), (*OPTIONS, "--modulus-ratio", "0.02:1"))
-    ):
-        out = tmp_path / f"{number}.h5"
-        assert command("campaign", *options, "--out", out, solver=simulate).exit_code == 0
+def test_other_steps_or_solids_are_another_data_set_and_one_without_them_says_so_as_before(path, tmp_path):
+    out, digests = tmp_path / "other.h5", {TrajectoryDataset.load(path).sha256}
+    for options in ([], ["--steps", "physical"], ["--modulus-ratio", "0.02:1"], ["--modulus-ratio", "0.3"]):
+        assert command("campaign", *OPTIONS, *options, "--out", out, "--replace", solver=simulate).exit_code == 0
         digests.add(TrajectoryDataset.load(out).sha256)
-    assert len(digests) == 4
-
-
-def test_a_file_without_them_says_so_as_before(tmp_path):
-    out = tmp_path / "one.h5"
-    assert command("campaign", *OPTIONS, "--modulus-ratio", "0.3", "--out", out, solver=simulate).exit_code == 0
+    assert len(digests) == 5
     dataset = load_dataset(out)
     assert "steps" not in dataset.attributes["campaign"]
     assert (dataset.steps, "protocols/modulus_ratio" in dataset.columns) == ("uniform", False)
     np.testing.assert_array_equal(dataset.modulus_ratios, 0.3)
-
-
-def test_a_file_that_lost_its_ratios_is_refused(path, tmp_path):
-    with pytest.raises(DamagedFileError, match=r"without /protocols/modulus_ratio"):
-        load_dataset(altered(path, tmp_path, lambda file: file.__delitem__("protocols/modulus_ratio")))

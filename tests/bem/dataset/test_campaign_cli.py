@@ -12,20 +12,16 @@ from tests.bem.dataset.helpers import command
 from tests.data_files import editing
 
 
-def reformat(version):
-    return lambda file: file.attrs.__setitem__("format_version", version)
-
-
 def foreign(path, _):
     with h5py.File(path, "w") as file:
         file["x"] = 1
 
 
-def edited(change):
+def of_version(version):
     def make(path, content):
         path.write_bytes(content)
         with editing(path) as file:
-            change(file)
+            file.attrs["format_version"] = version
 
     return make
 
@@ -37,8 +33,8 @@ def edited(change):
         (lambda path, _: path.mkdir(), "received the folder"),
         (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not HDF5"),
         (lambda path, content: path.write_bytes(content[:20_000]), "truncated or damaged"),
-        (edited(reformat(0)), "which is of version 0"),
-        (edited(reformat("1")), "which is of version '1'"),
+        (of_version(0), "which is of version 0"),
+        (of_version("1"), "which is of version '1'"),
         (foreign, "an HDF5 file of another kind"),
     ],
 )
@@ -74,16 +70,21 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
         (["--out", "x.h5", "--design-file", "."], "design file must be a file; received the folder", 2),
         (["--out", "x.h5", "--design-file", "absent.toml"], "design file not found", 2),
         (["--out", "x.h5", "--design-file", "text.toml"], "count must be a whole number from 1 to 559872", 2),
+        (["--out", "x.h5", "--design-file", "broken.toml"], "design file must be TOML; received 'broken.toml'", 2),
+        (["--out", "x.h5", "--design-file", "other.toml"], "received 'speed' in 'other.toml'", 2),
+        (["--out", "x.h5", "--design-file", "ranges.toml"], "ranges must be a table of NAME = [LOW, HIGH]", 2),
     ],
 )
 def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("text.toml").write_text('count = "12"\n', encoding="utf-8")
+    texts = {"text": 'count = "12"', "broken": "design =", "other": "speed = 1", "ranges": "ranges = 3"}
+    for name, text in texts.items():
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
     Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
     assert len(result.stderr) < 1000
-    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", "text.toml"}
+    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", *(f"{name}.toml" for name in texts)}
 
 
 @pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[512:], lambda _: b""])

@@ -15,7 +15,7 @@ from bem.dataset.sealed_file import DamagedFileError
 from bem.dataset.verification import verify
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import altered, assert_same_numbers, put
+from tests.bem.dataset.helpers import altered, assert_same_numbers, put, replaced
 from tests.data_files import editing
 
 
@@ -60,15 +60,6 @@ def attribute(name, *value):
     return lambda file: file.attrs.__setitem__(name, *value) if value else file.attrs.__delitem__(name)
 
 
-def replace(name, content):
-    def change(file):
-        former = file[name][...]
-        del file[name]
-        file[name] = content(former)
-
-    return change
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -78,11 +69,11 @@ def replace(name, content):
         (drop("native/force"), "without /native/force"),
         (drop("fms"), "cannot be read"),
         (drop("reason"), "without /reason"),
-        (replace("scalars/hysteresis", lambda rows: rows[:-1]), r"/scalars/hysteresis is float64 of shape \(119,\)"),
-        (replace("fms/force", lambda rows: rows[:, :-1]), r"whose /fms/force is float32 of shape \(120, 119\)"),
-        (replace("jumps/force_before", lambda rows: rows[1:]), "whose /jumps/force_before is"),
-        (replace("native/offsets", lambda rows: rows[1:]), "whose /native/offsets is"),
-        (replace("index", lambda rows: rows[::-1]), "whose /index does not increase"),
+        (replaced("scalars/hysteresis", lambda rows: rows[:-1]), r"/scalars/hysteresis is float64 of shape \(119,\)"),
+        (replaced("fms/force", lambda rows: rows[:, :-1]), r"whose /fms/force is float32 of shape \(120, 119\)"),
+        (replaced("jumps/force_before", lambda rows: rows[1:]), "whose /jumps/force_before is"),
+        (replaced("native/offsets", lambda rows: rows[1:]), "whose /native/offsets is"),
+        (replaced("index", lambda rows: rows[::-1]), "whose /index does not increase"),
         (put("index", 3), "whose /index does not increase"),
         (put("index", [2, 1], [1, 2]), "whose /index does not increase from 0 to less than 120"),
         (put("jumps/trajectory", [2, 1], [1, 2]), "whose /jumps/trajectory is not in the order of /index"),
@@ -107,7 +98,7 @@ def replace(name, content):
         (put("scalars/nodes", np.inf, 3), "whose /scalars/nodes is not finite in every completed trajectory"),
         (put("jumps/time", np.nan), "whose /jumps/time is not finite"),
         (put("native/contact_radius", np.nan), "whose /native/contact_radius is not finite"),
-        (replace("scalars/steps", lambda rows: rows.astype(complex)), "/scalars/steps holds neither numbers nor text"),
+        (replaced("scalars/steps", lambda rows: rows.astype(complex)), "/scalars/steps holds neither numbers nor text"),
         (lambda file: file["fms"].attrs.__setitem__("counts", [50, 20, 49]), "whose measurement points are"),
         (lambda file: file["fms"].attrs.__delitem__("counts"), "cannot be read"),
     ],
@@ -160,6 +151,7 @@ def test_merging_keeps_where_the_shards_come_from(tmp_path):
     assert (found["host"], found["versions"]) == (hosts, shards[0]["versions"])
     assert (found["workers"], found["command"]) == (2, "bem merge")
     assert found["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
+    assert found["wall_seconds"] == max(shard["wall_seconds"] for shard in shards)  # they ran side by side
 
 
 def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):

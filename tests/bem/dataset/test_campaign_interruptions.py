@@ -44,10 +44,7 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
 
 
 def await_end(processes):
-    limit = time.monotonic() + helpers.HANG
-    while alive := [process for process in processes if Path(f"/proc/{process}").exists()]:
-        assert time.monotonic() < limit, alive
-        time.sleep(0.1)
+    helpers.wait_for(lambda: not any(Path(f"/proc/{process}").exists() for process in processes))
 
 
 INTERRUPTED = "bem: interrupted; what was done is saved, and the same command continues\n"
@@ -109,22 +106,13 @@ def test_changed_options_on_what_was_interrupted_are_refused(changed, message, i
     assert {path: path.read_bytes() for path in out.parent.iterdir()} == kept
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--workers", 1),
-        *(
-            pytest.param(words, marks=pytest.mark.slow)
-            for words in (("--workers", 3), ("--retry-failed",), ("--replace",))
-        ),
-    ],
-)
+@pytest.mark.parametrize("options", [("--workers", 1), ("--workers", 3), ("--retry-failed",), ("--replace",)])
 def test_options_that_change_no_number_continue_what_was_interrupted(options, interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
-    process = helpers.start_command("campaign", "--count", 120, "--seed", 4, "--out", out, *options)
-    printed, errors = process.communicate(timeout=helpers.HANG)
-    assert (process.returncode, errors) == (0, "")
-    assert int(re.search(r"(\d+) of them computed now", printed)[1]) < 120
+    words = ("campaign", "--count", 120, "--seed", 4, "--out", out, *options)
+    result = helpers.command(*words, solver=stand_in.slow)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert int(re.search(r"(\d+) of them computed now", result.stdout)[1]) < 120
     assert list(out.parent.iterdir()) == [out]
 
 

@@ -1,9 +1,9 @@
 """No damaged data set file is read as if it were whole, and none leads the reader elsewhere."""
 
+import hashlib
 import random
 import subprocess
 import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -16,13 +16,6 @@ from tests.data_files import damaged, editing, unsealed
 from tests.processes import ROOT
 
 PUBLISHED = ROOT / "published" / "dataset.h5"
-FUZZ = """
-import random, sys
-from pathlib import Path
-sys.path.insert(0, sys.argv[3])
-from test_damaged_files import assert_damages_are_refused
-assert_damages_are_refused(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[4]))
-"""
 
 
 def assert_damages_are_refused(source, path, count):
@@ -43,13 +36,13 @@ def assert_damages_are_refused(source, path, count):
 @pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
 def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
     # In a process of its own, so that one that hangs or crashes fails the test alone.
-    paths = (str(undisturbed), str(tmp_path / "damaged.h5"), str(Path(__file__).parent))
-    subprocess.run([sys.executable, "-c", FUZZ, *paths, str(count)], check=True, timeout=300)
+    check = "from tests.bem.dataset.test_damaged_files import assert_damages_are_refused as check"
+    paths = ", ".join(f"Path({str(path)!r})" for path in (undisturbed, tmp_path / "damaged.h5"))
+    code = f"from pathlib import Path\n{check}\ncheck({paths}, {count})"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300, cwd=ROOT)
 
 
 def test_the_sum_in_the_first_block_is_that_of_the_rest(undisturbed):
-    import hashlib
-
     content = undisturbed.read_bytes()
     title, digest, rest = content[:BLOCK].split(b"\n", 2)
     assert title == b"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512"
@@ -71,9 +64,7 @@ def test_a_file_without_its_first_block_is_not_taken_for_an_old_one(undisturbed,
 def test_files_of_the_first_writers_are_read(undisturbed, tmp_path):
     path = unsealed(undisturbed, tmp_path / "old.h5")
     found, expected = load_dataset(path, native=True), load_dataset(undisturbed, native=True)
-    assert found.columns.keys() == expected.columns.keys()
-    for name, values in expected.columns.items():
-        np.testing.assert_array_equal(found.columns[name], values)
+    np.testing.assert_equal(found.columns, expected.columns)
     assert TrajectoryDataset.load(path).sha256 == TrajectoryDataset.load(undisturbed).sha256
 
 
@@ -83,8 +74,6 @@ def test_the_published_file_is_the_one_models_were_trained_on():
 
 
 def test_an_old_file_beside_its_sum_is_the_one_that_was_published(undisturbed, tmp_path):
-    import hashlib
-
     path = unsealed(undisturbed, tmp_path / "dataset.h5")
     line = f"{hashlib.sha256(path.read_bytes()).hexdigest()}  dataset.h5"
     (tmp_path / "SHA256SUMS").write_text(f"{'0' * 64}  other\n{line}\n", encoding="utf-8")
@@ -108,61 +97,42 @@ def test_a_heap_at_which_the_library_hangs_is_refused(undisturbed, tmp_path):
     assert "DamagedFileError: expected a data set" in result.stderr
 
 
-def outside(file, folder):
-    (folder / "secret.txt").write_bytes(bytes(range(256)) * 4)
-    with h5py.File(folder / "other.h5", "w") as other:
-        other["end_force"] = np.zeros(120)
-    del file["scalars/end_force"]
-    return folder
-
-
-def external_storage(file, folder):
-    places = [(str(outside(file, folder) / "secret.txt"), 0, 960)]
-    file.create_dataset("scalars/end_force", (120,), dtype="f8", external=places)
+NAME = "scalars/end_force"
+KEPT, LINK = "is kept in other files", "is a link to another place"
+CLAIMS = "claims 8796093022208 bytes, more than the file can hold"
 
 
 def virtual(file, folder):
     layout = h5py.VirtualLayout((120,), dtype="f8")
-    layout[:] = h5py.VirtualSource(str(outside(file, folder) / "other.h5"), "end_force", (120,))
-    file.create_virtual_dataset("scalars/end_force", layout)
-
-
-def external_link(file, folder):
-    file["scalars/end_force"] = h5py.ExternalLink(str(outside(file, folder) / "other.h5"), "end_force")
-
-
-def soft_link(file, folder):
-    outside(file, folder)
-    file["scalars/end_force"] = h5py.SoftLink("/scalars/hysteresis")
-
-
-def hollow(file, folder):
-    outside(file, folder)
-    file.create_dataset("scalars/end_force", (2**40,), dtype="f8", chunks=(1024,))
+    layout[:] = h5py.VirtualSource(f"{folder}/other.h5", "end_force", (120,))
+    file.create_virtual_dataset(NAME, layout)
 
 
 @pytest.mark.parametrize("sealed", [True, False])
 @pytest.mark.parametrize(
     ("harm", "words"),
     [
-        (external_storage, "/scalars/end_force is kept in other files"),
-        (virtual, "/scalars/end_force is kept in other files"),
-        (external_link, "/scalars/end_force is a link to another place"),
-        (soft_link, "/scalars/end_force is a link to another place"),
-        (hollow, "/scalars/end_force claims 8796093022208 bytes, more than the file can hold"),
+        (lambda file, at: file.create_dataset(NAME, (120,), "f8", external=[(f"{at}/secret.txt", 0, 960)]), KEPT),
+        (virtual, KEPT),
+        (lambda file, at: file.__setitem__(NAME, h5py.ExternalLink(f"{at}/other.h5", "end_force")), LINK),
+        (lambda file, _: file.__setitem__(NAME, h5py.SoftLink("/scalars/hysteresis")), LINK),
+        (lambda file, _: file.create_dataset(NAME, (2**40,), "f8", chunks=(1024,)), CLAIMS),
     ],
 )
 def test_a_file_that_leads_elsewhere_is_refused(harm, words, sealed, undisturbed, tmp_path):
-    path = tmp_path / "altered.h5"
+    (tmp_path / "secret.txt").write_bytes(bytes(range(256)) * 4)
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["end_force"] = np.zeros(120)
+    path = unsealed(undisturbed, tmp_path / "altered.h5")
     if sealed:
         path.write_bytes(undisturbed.read_bytes())
-        with editing(path) as file:
-            harm(file, tmp_path)
-    else:
-        with h5py.File(unsealed(undisturbed, path), "r+") as file:
-            harm(file, tmp_path)
+    with editing(path) if sealed else h5py.File(path, "r+") as file:
+        del file[NAME]
+        harm(file, tmp_path)
     for read in (load_dataset, TrajectoryDataset.load):
-        with pytest.raises(DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \({words}\)"):
+        with pytest.raises(
+            DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {words}\)"
+        ):
             read(path)
     with open_dataset(path):
         pass

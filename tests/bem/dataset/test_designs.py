@@ -3,7 +3,7 @@ import csv
 import numpy as np
 import pytest
 
-from bem.cli.design_options import parse_ranges, parse_ratio, read_design_file
+from bem.cli.design_options import parse_ranges, parse_ratio
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
 from tests.processes import ROOT
 
@@ -92,16 +92,6 @@ def test_what_is_typed_is_read_or_refused(read, text, found):
             read(text)
     else:
         assert read(text) == found
-
-
-def test_design_file(tmp_path):
-    path = tmp_path / "design.toml"
-    path.write_text('design = "sobol"\ncount = 5\n[ranges]\ntabor = [1.0, 2.0]\n', encoding="utf-8")
-    assert read_design_file(path) == {"design": "sobol", "count": 5, "ranges": {"tabor": [1.0, 2.0]}}
-    for text, message in (("design =", "must be TOML"), ("speed = 1", "'speed'"), ("ranges = 3", "must be a table")):
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(ValueError, match=message):
-            read_design_file(path)
 
 
 def test_edges_are_denser_and_corners_hold_the_outermost_fifths_only():

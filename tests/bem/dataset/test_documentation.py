@@ -18,17 +18,17 @@ PLAN = Campaign(count=40, native=True)
 
 
 @pytest.mark.parametrize(
-    ("text", "job", "solver", "attributes"),
+    ("text", "job", "attributes"),
     [
-        (TEXT, PLAN, stand_in.solve, r"(?s)\| Attribute \|.*?The group `/fms`"),
-        (CASES, Cases(PLAN.cases_of(PLAN.indices)), stand_in.follow, r"(?s)Attributes of the root.*?\n\n"),
+        (TEXT, PLAN, r"(?s)\| Attribute \|.*?The group `/fms`"),
+        (CASES, Cases(PLAN.cases_of(PLAN.indices)), r"(?s)Attributes of the root.*?\n\n"),
     ],
 )
-def test_the_documented_tree_is_the_files(text, job, solver, attributes, tmp_path):
+def test_the_documented_tree_is_the_files(text, job, attributes, tmp_path):
     words = re.search(attributes, text)[0]
     if words.startswith("| Attribute"):
         words = "".join(line.split("|")[1] for line in words.splitlines() if line.startswith("| `"))
-    with h5py.File(run_here(job, tmp_path / "file.h5", solver=solver).path) as file:
+    with h5py.File(run_here(job, tmp_path / "file.h5", solver=stand_in.solve).path) as file:
         sizes = {"n": 40, "n + 1": 41, "N": 120, "m": int(file["native/offsets"][-1])}
         sizes["j"] = len(file["jumps/trajectory"]) if "jumps" in file else 0
         found = {

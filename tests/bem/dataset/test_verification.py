@@ -6,7 +6,7 @@ from bem.dataset.file import load_dataset
 from bem.dataset.records import RESULTS, SCALARS, untabulate
 from bem.dataset.verification import JUDGED, differences, verify
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import altered, command, put
+from tests.bem.dataset.helpers import altered, command, put, replaced
 
 ALLOWED = 8e-3
 
@@ -15,10 +15,7 @@ pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 def scaled(name, factor):
-    def change(file):
-        file[name][...] = file[name][...] * np.asarray(factor, dtype=file[name].dtype)
-
-    return change
+    return replaced(name, lambda values: (values * factor).astype(values.dtype))
 
 
 def first(dataset):
@@ -58,19 +55,13 @@ def loosen(file):
 
 
 def spike(file):
-    forces = file["fms/force"][...]
-    forces[17, 60] += 0.1 * np.ptp(forces[17])
-    file["fms/force"][...] = forces
-
-
-def shift(file):
-    forces = file["fms/force"][...]
-    file["fms/force"][...] = np.concatenate([forces[:, 1:], forces[:, -1:]], axis=1)
+    file["fms/force"][17, 60] += 0.1 * np.ptp(file["fms/force"][17])
 
 
 def test_histories_are_judged_at_every_step_and_in_the_mean(undisturbed, tmp_path):
     assert judged(altered(undisturbed, tmp_path, loosen)).allowed == 3.4e-2
-    assert len(judged(altered(undisturbed, tmp_path, shift)).disagreeing) > 100
+    shifted = replaced("fms/force", lambda forces: np.concatenate([forces[:, 1:], forces[:, -1:]], axis=1))
+    assert len(judged(altered(undisturbed, tmp_path, shifted)).disagreeing) > 100
     found = judged(altered(undisturbed, tmp_path, spike))
     assert found.disagreeing.tolist() == [17]
     assert found.differences["force history, mean"].max() < ALLOWED < found.differences["force history, any step"].max()
@@ -120,12 +111,9 @@ def test_protocols_are_those_of_the_design_but_for_their_last_digits(undisturbed
         for name in ("dwell_time", "peak_indentation"):
             file[f"protocols/{name}"][...] = np.nextafter(file[f"protocols/{name}"][...], np.inf)
 
-    def misplace(file):
-        file["protocols/tabor"][3] = 1.234
-
     assert judged(altered(undisturbed, tmp_path, nudge)).agrees
     with pytest.raises(ValueError, match="protocols must be those of the design"):
-        judged(altered(undisturbed, tmp_path, misplace))
+        judged(altered(undisturbed, tmp_path, put("protocols/tabor", 1.234, 3)))
 
 
 def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(undisturbed):
