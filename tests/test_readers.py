@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bem import materials_library
-from bem.cli.design_options import read_design_file
+from bem.cli.arguments import read_design_file
 from bem.lab import ForceCurve
 from experiments.common import read_config
 from surrogate.cli.predict_io import read_table

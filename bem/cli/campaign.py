@@ -11,8 +11,7 @@ import typer
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.provenance import command_line
-from bem.cli.arguments import File, Text, option
-from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
+from bem.cli.arguments import File, Text, option, parse_ranges, parse_ratio, parse_shard, read_design_file
 
 DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform, sobol, edges or corners."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."

@@ -24,11 +24,11 @@ MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
     "describes the curve."
 )
-Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
-Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
 STIFFNESS = (
     "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
 )
+Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
+Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
 Stiffness = Annotated[Text, option(STIFFNESS)]
 ModelName = Annotated[str, option(MODEL)]
 Segment = Annotated[str, option("What counts: approach, retract or both.")]
@@ -108,7 +108,7 @@ def simulate_si(
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
-    from bem.lab.setup import Setup
+    from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.lab.units import readable
 
     setup = Setup(
@@ -127,11 +127,14 @@ def simulate_si(
     else:
         protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     require_suffix(plot, IMAGES)
-    with one_sentence("bem"), Outputs(csv, plot) as outputs, _warnings_are_sentences():
+    said = warnings.catch_warnings(record=True, action="always", category=EffectiveRangeWarning)
+    with one_sentence("bem"), Outputs(csv, plot) as outputs, said as warned:
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         write(outputs, csv, curve.write)
         shown_first: Any = "indentation" if of_forces else "force"
         write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
+    for warning in warned or ():
+        typer.echo(f"bem: {warning.message}", err=True)
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
         "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.tension.max() > 0.0 else "none",
@@ -272,15 +275,3 @@ def _progress() -> Iterator[Callable[[int, float], None] | None]:
 
     with Console(stderr=True).status("reading") as status:
         yield lambda done, misfit: status.update(f"{done} evaluations, misfit {misfit:.3g} times the noise")
-
-
-@contextmanager
-def _warnings_are_sentences() -> Iterator[None]:
-    """Print warnings of a setup as the command's own sentences."""
-    from bem.lab.setup import EffectiveRangeWarning
-
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", EffectiveRangeWarning)
-        yield
-    for warning in caught:
-        typer.echo(f"bem: {warning.message}", err=True)

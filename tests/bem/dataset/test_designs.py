@@ -3,7 +3,7 @@ import csv
 import numpy as np
 import pytest
 
-from bem.cli.design_options import parse_ranges, parse_ratio
+from bem.cli.arguments import parse_ranges, parse_ratio
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
 from tests.processes import ROOT
 

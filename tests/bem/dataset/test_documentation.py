@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from bem import Cases
-from bem.cli.design_options import read_design_file
+from bem.cli.arguments import read_design_file
 from bem.dataset.campaign import Campaign
 from bem.dataset.sealed_file import arrays
 from tests.bem.dataset import stand_in
