@@ -11,7 +11,7 @@ Examples:
 
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names, listed_names
+from bem._support.lazy_names import lazy_names
 
 __version__ = "0.1.0"
 
@@ -38,6 +38,4 @@ if TYPE_CHECKING:
     from bem.tractions import TractionLaw as TractionLaw
     from bem.trajectory import Trajectory as Trajectory
 else:  # the imports above are the list of the public names; each loads on first use
-    _HOME = listed_names(__file__, __name__)
-    __all__ = sorted(_HOME)
-    __getattr__, __dir__ = lazy_names(__name__, _HOME, globals())
+    __all__ = lazy_names(globals())

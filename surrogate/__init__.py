@@ -25,7 +25,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names, listed_names
+from bem._support.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     import keras
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from surrogate.prediction.predictor import Surrogate as Surrogate
     from surrogate.prediction.validity import ExtrapolationWarning as ExtrapolationWarning
 else:  # the imports above are the list of the names that load on first use
-    __getattr__, __dir__ = lazy_names(__name__, listed_names(__file__, __name__), globals())
+    lazy_names(globals())
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 

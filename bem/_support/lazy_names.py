@@ -1,46 +1,32 @@
 """Public names of a package that load on first use, so that importing the package costs nothing."""
 
 import ast
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 
-def listed_names(source: str, package: str) -> dict[str, str]:
-    """Return the names that the `__init__.py` of a package imports from its own modules, each with its module.
+def lazy_names(namespace: dict[str, Any]) -> list[str]:
+    """Return the public names of a package, and let each load on first use.
 
+    They are those that its `__init__.py` imports from its own modules, as `from package.module import name as name`.
     These imports stand under `if TYPE_CHECKING`: a type checker reads them as they are, and here they are the one list
     of the public names.
 
     Args:
-        source: The package's `__file__`.
-        package: Its name.
-    """
-    home = {}
-    for node in ast.walk(ast.parse(Path(source).read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            # `from package.module import name as name` is how a name is made public.
-            public = {alias.name for alias in node.names if alias.asname == alias.name}
-            home |= dict.fromkeys(public, node.module.removeprefix(f"{package}."))
-    return home
-
-
-def lazy_names(
-    package: str, home: dict[str, str], namespace: dict[str, Any]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` of a package.
-
-    Args:
-        package: Its name.
-        home: Public names, each with the module below the package that defines it.
         namespace: The package's `globals()`, in which a name stays once it was loaded.
     """
+    package: str = namespace["__name__"]
+    home: dict[str, str] = {}
+    for node in ast.walk(ast.parse(Path(namespace["__file__"]).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            home |= {alias.name: node.module for alias in node.names if alias.asname == alias.name}
 
     def load(name: str) -> Any:
         if name not in home:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        namespace[name] = value = getattr(import_module(f"{package}.{home[name]}"), name)
+        namespace[name] = value = getattr(import_module(home[name]), name)
         return value
 
-    return load, lambda: sorted({*namespace, *home})
+    namespace.update(__getattr__=load, __dir__=lambda: sorted({*namespace, *home}))
+    return sorted(home)

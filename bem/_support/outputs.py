@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import reprlib
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -16,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 
 from bem._support.interruption import undo, whole
+from bem._support.wording import shown
 
 IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 LONGEST_NAME = 64
@@ -41,8 +41,7 @@ class Outputs:
             raise ValueError("Expected the name of an output file, which cannot be standard output; received -")
         if len(set(map(Path.absolute, self.paths))) < len(self.paths):
             raise ValueError(f"Expected different output files; received {', '.join(map(str, self.paths))}")
-        self._targets: dict[Path, Path] = {}
-        self._parts: dict[Path, Path] = {}
+        self._parts: dict[Path, tuple[Path, Path]] = {}  # target and part of each
 
     def __enter__(self) -> Outputs:
         undo.append(self._discard)
@@ -70,14 +69,12 @@ class Outputs:
             ValueError: the operating system refused, as a full disk does.
         """
         with _refusals(path):
-            yield self._parts.get(Path(path), Path(path))
+            yield self._parts.get(Path(path), (path, Path(path)))[1]
 
     def forgo(self, path: Path) -> None:
         """Write nothing to `path` after all; what was there before stays."""
-        self._targets.pop(path, None)
-        part = self._parts.pop(path, None)
-        if part is not None:
-            part.unlink(missing_ok=True)
+        if path in self._parts:
+            self._parts.pop(path)[1].unlink(missing_ok=True)
 
     def _reserve(self, path: Path) -> None:
         with _refusals(path):
@@ -96,13 +93,13 @@ class Outputs:
                 target.lstat()  # the error of the operating system for a name that it does not accept
             with whole:
                 part.touch(exist_ok=False)
-                self._targets[path], self._parts[path] = target, part
+                self._parts[path] = target, part
 
     def _settle(self) -> None:
         done: list[tuple[Path, Path | None]] = []
         try:
-            for path, part in self._parts.items():
-                target, former = self._targets[path], None
+            for path, (target, part) in self._parts.items():
+                former = None
                 with _refusals(path):
                     # Renamed, so that it can come back; a single file is replaced at once.
                     if len(self._parts) > 1 and target.exists():
@@ -121,7 +118,7 @@ class Outputs:
                 former.unlink(missing_ok=True)
 
     def _discard(self) -> None:
-        for part in self._parts.values():
+        for _, part in self._parts.values():
             part.unlink(missing_ok=True)
         if self._discard in undo:
             undo.remove(self._discard)
@@ -203,7 +200,7 @@ def plain_name(name: str, what: str) -> str:
     if not isinstance(name, str) or len(name) > LONGEST_NAME or not _PLAIN_NAME.fullmatch(name):
         raise ValueError(
             f"Expected {what} of at most {LONGEST_NAME} letters, digits, '.', '_' and '-', not beginning with '.' or "
-            f"'-'; received {reprlib.repr(name)}"
+            f"'-'; received {shown(name)}"
         )
     return name
 

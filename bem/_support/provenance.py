@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ PACKAGES = ("numpy", "scipy", "numba", "llvmlite", "h5py", "joblib", "contact-tr
 
 def provenance(command: str) -> dict[str, Any]:
     """Attributes `versions`, `host`, `git_revision` and `command` of a result file."""
-    return {"versions": versions(), "host": host(), "git_revision": git_revision(), "command": command}
+    return origin() | {"git_revision": git_revision(), "command": command}
 
 
 def origin() -> dict[str, Any]:
@@ -48,10 +49,8 @@ def versions() -> dict[str, str]:
     """Versions of Python and of the packages that decide numbers; those not installed are left out."""
     found = {"python": platform.python_version()}
     for package in PACKAGES:
-        try:
+        with suppress(PackageNotFoundError):
             found[package] = version(package)
-        except PackageNotFoundError:
-            continue
     return found
 
 

@@ -14,7 +14,7 @@ Examples:
 
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names, listed_names
+from bem._support.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve as ForceCurve
@@ -23,6 +23,4 @@ if TYPE_CHECKING:
     from bem.lab.setup import EffectiveRangeWarning as EffectiveRangeWarning
     from bem.lab.setup import Setup as Setup
 else:  # the imports above are the list of the public names; each loads on first use
-    _HOME = listed_names(__file__, __name__)
-    __all__ = sorted(_HOME)
-    __getattr__, __dir__ = lazy_names(__name__, _HOME, globals())
+    __all__ = lazy_names(globals())
