@@ -57,11 +57,10 @@ class ForceCurve(Tabular):
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
-        lengths = {}
-        for name in ("time", "indentation", "force", "contact_radius", "stage"):
-            if name in ("time", "indentation", "force") or getattr(self, name) is not None:
-                object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
-                lengths[name] = len(getattr(self, name))
+        optional = [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
+        for name in ("time", "indentation", "force", *optional):
+            object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
+        lengths = {name: len(getattr(self, name)) for name in ("time", "indentation", "force", *optional)}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"the columns of a force curve must have the same length; received {lengths}")
         back = np.flatnonzero(np.diff(self.time) < 0.0)
@@ -117,7 +116,6 @@ class ForceCurve(Tabular):
 
     def with_sign(self, force_sign: ForceSign) -> ForceCurve:
         """The same curve in the other convention."""
-        require_sign(force_sign)
         if force_sign == self.force_sign:
             return self
         lower, upper = (None if band is None else -band for band in (self.force_upper, self.force_lower))
@@ -137,8 +135,10 @@ class ForceCurve(Tabular):
     def columns(self) -> dict[str, Column]:
         """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
         units = {"time": "s", "indentation": "m", "force": "N", "contact_radius": "m", "stage": "m"}
-        columns = {name: (getattr(self, name), unit) for name, unit in (units | dict.fromkeys(_BAND, "N")).items()}
-        return {name: Column(*found) for name, found in columns.items() if found[0] is not None}
+        columns = {
+            name: Column(getattr(self, name), unit) for name, unit in (units | dict.fromkeys(_BAND, "N")).items()
+        }
+        return {name: column for name, column in columns.items() if column.values is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""

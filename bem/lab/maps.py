@@ -18,6 +18,7 @@ from bem._support.interruption import whole
 from bem._support.validation import instance
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting import FitError, fit, guess_setup
+from bem.lab.models import UNITS
 from bem.lab.reading import AfmCurve, load_afm
 from bem.lab.units import Quantity, to_si
 from bem.materials import Elastic, PronySeries
@@ -25,19 +26,11 @@ from bem.materials import Elastic, PronySeries
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = {
-    "relaxed_modulus": "Pa",
-    "modulus_at_1s": "Pa",
-    "work_of_adhesion": "J/m^2",
-    "retardation_time": "s",
-    "modulus_ratio": "",
-    "exponent": "",
-    "contact_point": "m",
-    "force_offset": "N",
-    "tilt": "N/m",
-    "drag": "N s/m",
-}
-"""What a line holds beside the model, each with its interval, and its unit."""
+QUANTITIES = (
+    *("relaxed_modulus", "modulus_at_1s", "work_of_adhesion", "retardation_time", "modulus_ratio", "exponent"),
+    *("contact_point", "force_offset", "tilt", "drag"),
+)
+"""What a line holds beside the model, each with its interval."""
 COLUMNS = (
     *("file", "number", "x", "y", "model", "adequate", "misfit", "reason"),
     *(f"{name}{end}" for name in QUANTITIES for end in ("", "_low", "_high")),
@@ -82,8 +75,8 @@ def fit_map(
     from joblib import Parallel, delayed  # type: ignore[import-untyped]
 
     instance("material", material, (Elastic, PronySeries))
-    spring = None if stiffness is None else to_si("stiffness", stiffness, "stiffness")
-    rate = None if speed is None else to_si("speed", speed, "speed")
+    given = {"stiffness": stiffness, "speed": speed}
+    spring, rate = (None if value is None else to_si(name, value, name) for name, value in given.items())
     known: dict[str, Any] = {"radius": to_si("radius", radius, "length"), "poisson_ratio": poisson_ratio}
     known |= {} if isinstance(material, Elastic) else {"material": material}
     settings = json.dumps(known | {"stiffness": spring, "speed": rate} | options, sort_keys=True, default=str)
@@ -129,11 +122,9 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
     kinds: dict[str, Callable[[str], Any]] = dict.fromkeys(("file", "model", "adequate", "reason"), str)
     kinds["number"] = int
     rows = csv.DictReader(lines[1:])
-    return [{name: kinds.get(name, _number)(value) for name, value in row.items()} for row in rows]
-
-
-def _number(text: str) -> float:
-    return float(text or "nan")
+    return [
+        {name: kinds.get(name, lambda text: float(text or "nan"))(text) for name, text in row.items()} for row in rows
+    ]
 
 
 def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Row, options: Row) -> Row:
@@ -146,9 +137,8 @@ def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Ro
     except (ValueError, FitError) as error:
         return row | {"reason": str(error)}
     row |= {"model": found.model, "adequate": "yes" if found.adequate else "no", "misfit": found.misfit}
-    for name in QUANTITIES.keys() & found.values.keys():
-        row[name] = found.values[name]
-        row[f"{name}_low"], row[f"{name}_high"] = found.intervals[name]
+    for name in set(QUANTITIES) & found.values.keys():
+        row[name], (row[f"{name}_low"], row[f"{name}_high"]) = found.values[name], found.intervals[name]
     return row
 
 
@@ -157,7 +147,7 @@ def to_xarray(rows: Sequence[Row]) -> xr.Dataset:
     import xarray as xr
 
     variables = {name: ("curve", [row[name] for row in rows]) for name in COLUMNS}
-    return xr.Dataset(variables).assign_attrs({name: unit for name, unit in QUANTITIES.items() if unit})
+    return xr.Dataset(variables).assign_attrs({name: UNITS[name] for name in QUANTITIES if UNITS[name]})
 
 
 def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_modulus") -> None:
@@ -176,7 +166,7 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
         x, y = places.T
         drawn = axes.scatter(x, y, c=values, marker="s", s=4e4 / len(rows), cmap="viridis", plotnonfinite=False)
         axes.set_aspect("equal")
-        figure.colorbar(drawn, format=EngFormatter(QUANTITIES[quantity]), label=words)
+        figure.colorbar(drawn, format=EngFormatter(UNITS[quantity]), label=words)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(EngFormatter("m"))
     else:
@@ -184,7 +174,7 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
         places = np.column_stack([np.arange(len(rows)), np.full(len(rows), lowest)])
         axes.plot(places[:, 0], values, "o", color=COLOURS["solver"])
         axes.set(xlabel="curve", ylabel=words)
-        axes.yaxis.set_major_formatter(EngFormatter(QUANTITIES[quantity]))
+        axes.yaxis.set_major_formatter(EngFormatter(UNITS[quantity]))
     axes.plot(*places[failed].T, "x", color=PULL_OFF, label="no fit")
     if failed.any():
         axes.legend(frameon=False)

@@ -80,6 +80,7 @@ def read(
     where = " and ".join(map(str, paths))
     if len({part.resolve() for part in paths}) < len(paths):
         raise ValueError(f"the files of one curve must be different; received {where}")
+    curves: list[AfmCurve] = []
     if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
         curves = load_afm(paths[0], spring)
     else:
@@ -87,13 +88,13 @@ def read(
             found = _joined(paths, columns or {})
         except ValueError:
             # Instruments write text of their own, which afmformats may know.
-            curves = []
             with suppress(ValueError):
                 curves = load_afm(paths[0], spring) if len(paths) == 1 else []
             if not curves:
                 raise
         else:
-            return _curve(found, spring, force_sign, rate, where)
+            found["force"] = found["force"] if force_sign == "compression" else -found["force"]
+            return AfmCurve(found, spring).columns(rate, where, force_sign)
     if number is None and len(curves) > 1:
         raise ValueError(
             f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
@@ -111,16 +112,39 @@ class AfmCurve:
     quantities: dict[str, FloatArray]
     stiffness: float | None
     """In N/m; `None` where the indentation needs none."""
-    speed: float | None
+    speed: float | None = None
     """In m/s, for a curve without time."""
-    position: tuple[float, float]
+    position: tuple[float, float] = (np.nan, np.nan)
     """Of the curve in a map, in m; NaN where the file has none."""
 
     def columns(self, speed: float | None, where: str, force_sign: ForceSign = "compression") -> Columns:
         """What `read` returns of it."""
-        sign = 1.0 if force_sign == "compression" else -1.0
-        quantities = self.quantities | {"force": sign * self.quantities["force"]}
-        return _curve(quantities, self.stiffness, force_sign, speed or self.speed, where)
+        found, compression = self.quantities, self.quantities["force"]
+        stage = found.get("displacement", -found["height"] if "height" in found else None)
+        path = found.get("indentation", stage)
+        if path is None:
+            raise ValueError(
+                f"Expected a column indentation, or displacement and a stiffness; received {where} with "
+                f"{_listed(found)}"
+            )
+        if stage is None and self.stiffness is not None:
+            raise ValueError(f"stiffness turns a displacement into an indentation; received {where}, which has none")
+        depth = path
+        if "indentation" not in found:
+            if self.stiffness is None:
+                raise ValueError(
+                    f"Expected the stiffness (N/m) that turns displacement into indentation; received {where} without"
+                )
+            depth = path - compression / self.stiffness
+        time, speed = found.get("time"), speed or self.speed
+        if time is None:
+            if speed is None:
+                raise ValueError(f"Expected a column time, such as 'time (s)', or a speed; received {where} without")
+            time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))]) / speed
+        _check_sign(depth, compression, force_sign, where)
+        force = compression if force_sign == "compression" else -compression
+        further = {"contact_radius": found.get("contact_radius"), "stage": stage}
+        return {"time": time, "indentation": depth, "force": force, **further}
 
 
 def load_afm(path: Path, stiffness: float | None) -> list[AfmCurve]:
@@ -185,44 +209,13 @@ def _converted(curve: Any, stiffness: float | None, path: Path) -> AfmCurve:
     )
 
 
-def _curve(
-    quantities: dict[str, FloatArray], stiffness: float | None, force_sign: ForceSign, speed: float | None, where: str
-) -> Columns:
-    if "height" in quantities and "displacement" not in quantities:
-        quantities["displacement"] = -quantities["height"]
-    if "indentation" in quantities:
-        if stiffness is not None and "displacement" not in quantities:
-            raise ValueError(f"stiffness turns a displacement into an indentation; received {where}, which has none")
-        depth = path = quantities["indentation"]
-    elif "displacement" not in quantities:
-        raise ValueError(
-            f"Expected a column indentation, or displacement and a stiffness; received {where} with "
-            f"{_listed(quantities)}"
-        )
-    elif stiffness is None:
-        raise ValueError(
-            f"Expected the stiffness (N/m) that turns displacement into indentation; received {where} without"
-        )
-    else:
-        path = quantities["displacement"]
-        compression = quantities["force"] if force_sign == "compression" else -quantities["force"]
-        depth = path - compression / stiffness
-    if "time" not in quantities:
-        if speed is None:
-            raise ValueError(f"Expected a column time, such as 'time (s)', or a speed; received {where} without")
-        quantities["time"] = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))]) / speed
-    _check_sign(depth, quantities["force"], force_sign, where)
-    further = {"contact_radius": quantities.get("contact_radius"), "stage": quantities.get("displacement")}
-    return {"time": quantities["time"], "indentation": depth, "force": quantities["force"], **further}
-
-
-def _check_sign(indentation: FloatArray, force: FloatArray, force_sign: ForceSign, where: str) -> None:
+def _check_sign(indentation: FloatArray, compression: FloatArray, force_sign: ForceSign, where: str) -> None:
     """Refuse a curve whose tension grows with depth where it is deepest: its sign convention is the other one."""
     number = np.arange(indentation.size)
     deep = (number <= np.argmax(indentation)) & (indentation > 0.5 * (indentation.min() + indentation.max()))
     if np.count_nonzero(deep) < 3:
         return
-    depth, tension = indentation[deep], force[deep] if force_sign == "tension" else -force[deep]
+    depth, tension = indentation[deep], -compression[deep]
     depth, tension = depth - depth.mean(), tension - tension.mean()
     if depth @ tension > 0.8 * np.linalg.norm(depth) * np.linalg.norm(tension) > 0.0:
         other = "compression" if force_sign == "tension" else "tension"
@@ -305,9 +298,9 @@ def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> Floa
     for line, row in enumerate(rows):
         with suppress(ValueError, IndexError):
             values[line] = float(row[number])
-    for line in np.flatnonzero(~np.isfinite(values)):
-        received = shown(rows[line][number]) if number < len(rows[line]) else "nothing"
-        raise ValueError(
-            f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
-        )
+        if not np.isfinite(values[line]):
+            received = shown(row[number]) if number < len(row) else "nothing"
+            raise ValueError(
+                f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
+            )
     return values

@@ -341,22 +341,20 @@ class Setup:
                 EffectiveRangeWarning,
                 stacklevel=3,
             )
-        sign = 1.0 if force_sign == "tension" else -1.0
-        bands = [getattr(trajectory, name, None) for name in ("force_lower", "force_upper")][:: int(sign)]
-        lower, upper = (None if band is None else sign * band * self.force_scale for band in bands)
+        bands: dict[str, Any] = {name: getattr(trajectory, name, None) for name in ("force_lower", "force_upper")}
         interval = getattr(trajectory, "pull_off_interval", None)
         radius = trajectory.contact_radius * self.contact_radius_scale
-        return ForceCurve(
+        bands = {name: None if band is None else band * self.force_scale for name, band in bands.items()}
+        curve = ForceCurve(
             time=trajectory.time * self.time_scale,
             indentation=trajectory.indentation * self.indentation_scale,
-            force=sign * trajectory.force * self.force_scale,
+            force=trajectory.force * self.force_scale,
             contact_radius=radius if np.all(np.isfinite(radius)) else None,
-            force_sign=force_sign,
             stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
-            force_lower=lower,
-            force_upper=upper,
             pull_off_interval=interval and (interval[0] * self.force_scale, interval[1] * self.force_scale),
+            **bands,
         )
+        return curve.with_sign(force_sign)
 
     def range_sensitivity(self, protocol: Protocol) -> float:
         """Relative change of the pull-off force, at draft accuracy, with an effective range 1.5 times longer.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from numbers import Real
 from typing import Any, Literal, Protocol
 
@@ -16,10 +17,6 @@ from bem._support.wording import shown
 
 class WithUnit(Protocol):
     """A quantity of Pint, of any registry."""
-
-    @property
-    def units(self) -> Any:
-        """Its unit."""
 
     def to(self, unit: Any, /) -> Any:
         """The same in another unit."""
@@ -32,42 +29,39 @@ ForceSign = Literal["tension", "compression"]
 SIGNS = ("tension", "compression")
 
 DIMENSIONS = {
-    "length": ("m", "'50 um'"),
-    "force": ("N", "'5 mN'"),
-    "pressure": ("Pa", "'2 MPa'"),
-    "energy per area": ("J/m^2", "'50 mJ/m2'"),
-    "time": ("s", "'10 ms'"),
-    "speed": ("m/s", "'1 um/s'"),
-    "stiffness": ("N/m", "'1 N/m'"),
-    "temperature": ("K", "'1 K'"),
-    "number": ("", "0.1"),
+    "length": ("m", "a length, such as '50 um'"),
+    "force": ("N", "a force, such as '5 mN'"),
+    "pressure": ("Pa", "a pressure, such as '2 MPa'"),
+    "energy per area": ("J/m^2", "an energy per area, such as '50 mJ/m2'"),
+    "time": ("s", "a time, such as '10 ms'"),
+    "speed": ("m/s", "a speed, such as '1 um/s'"),
+    "stiffness": ("N/m", "a stiffness, such as '1 N/m'"),
+    "number": ("", "a number, such as 0.1"),
 }
-"""The SI unit of each kind of quantity, and an example."""
+"""The SI unit of each kind of quantity, and its name with an example."""
 
-_LONGEST = 100  # characters of a quantity
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 _LONG = {-15: "femto", -12: "pico", -9: "nano", -6: "micro", -3: "milli", -2: "centi", 3: "kilo", 6: "mega", 9: "giga"}
 _POWERS = {"c": -2, **{prefix: power for names in (_PREFIXES, _LONG) for power, prefix in names.items()}}
 _TABLE = (
-    ("m meter meters metre metres", 1.0, (0, 1, 0, 0)),
-    ("micron microns", 1e-6, (0, 1, 0, 0)),
-    ("angstrom Å", 1e-10, (0, 1, 0, 0)),
-    ("s sec second seconds", 1.0, (0, 0, 1, 0)),
-    ("min", 60.0, (0, 0, 1, 0)),
-    ("h", 3600.0, (0, 0, 1, 0)),
-    ("Hz", 1.0, (0, 0, -1, 0)),
-    ("g gram grams", 1e-3, (1, 0, 0, 0)),
-    ("N newton newtons", 1.0, (1, 1, -2, 0)),
-    ("dyn", 1e-5, (1, 1, -2, 0)),
-    ("Pa pascal pascals", 1.0, (1, -1, -2, 0)),
-    ("bar", 1e5, (1, -1, -2, 0)),
-    ("J joule joules", 1.0, (1, 2, -2, 0)),
-    ("erg", 1e-7, (1, 2, -2, 0)),
-    ("K kelvin", 1.0, (0, 0, 0, 1)),
-    ("1", 1.0, (0, 0, 0, 0)),
-    ("%", 0.01, (0, 0, 0, 0)),
+    ("m meter meters metre metres", 1.0, (0, 1, 0)),
+    ("micron microns", 1e-6, (0, 1, 0)),
+    ("angstrom Å", 1e-10, (0, 1, 0)),
+    ("s sec second seconds", 1.0, (0, 0, 1)),
+    ("min", 60.0, (0, 0, 1)),
+    ("h", 3600.0, (0, 0, 1)),
+    ("Hz", 1.0, (0, 0, -1)),
+    ("g gram grams", 1e-3, (1, 0, 0)),
+    ("N newton newtons", 1.0, (1, 1, -2)),
+    ("dyn", 1e-5, (1, 1, -2)),
+    ("Pa pascal pascals", 1.0, (1, -1, -2)),
+    ("bar", 1e5, (1, -1, -2)),
+    ("J joule joules", 1.0, (1, 2, -2)),
+    ("erg", 1e-7, (1, 2, -2)),
+    ("1", 1.0, (0, 0, 0)),
+    ("%", 0.01, (0, 0, 0)),
 )
-"""Names of units, their size in SI, and their exponents of kg, m, s and K."""
+"""Names of units, their size in SI, and their exponents of kg, m and s."""
 _UNITS = {name: (size, exponents) for names, size, exponents in _TABLE for name in names.split()}
 
 
@@ -93,21 +87,18 @@ def to_si(name: str, value: Any, dimension: str) -> float:
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
-    unit, example = DIMENSIONS[dimension]
-    wanted = f"{name} must be {_a(dimension)}, such as {example}"
+    unit, wanted = DIMENSIONS[dimension]
     if isinstance(value, str):
-        try:
+        with suppress(ValueError):
             return float(value)
-        except ValueError:
-            number, written = _split(value, wanted)
-        # To 15 digits, so that 5 um is 5e-06 and not a neighbour of it.
-        return float(f"{number * factor(name, written, dimension):.15g}")
-    if hasattr(value, "to") and hasattr(value, "units"):
-        try:
+        if match := _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None:
+            # To 15 digits, so that 5 um is 5e-06 and not a neighbour of it.
+            return float(f"{float(match[1]) * factor(name, match[2].strip(), dimension):.15g}")
+    elif hasattr(value, "to"):
+        with suppress(Exception):  # Pint's own errors, of whichever registry the quantity belongs to
             return float(value.to(unit or "dimensionless").magnitude)
-        except Exception as error:  # Pint's own errors, of whichever registry the quantity belongs to
-            raise ValueError(f"{wanted}; received {shown(str(value))}") from error
-    raise ValueError(f"{wanted}; received {shown(value)}")
+        value = str(value)
+    raise ValueError(f"{name} must be {wanted}; received {shown(value)}")
 
 
 def factor(name: str, unit: str, dimension: str) -> float:
@@ -116,10 +107,11 @@ def factor(name: str, unit: str, dimension: str) -> float:
     Raises:
         ValueError: the unit is unknown or does not fit.
     """
-    si = DIMENSIONS[dimension][0]
+    si, wanted = DIMENSIONS[dimension]
     size, exponents = _measured(unit)
     if exponents != _measured(si)[1] or not 0.0 < size < math.inf:
-        raise ValueError(f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}")
+        kind = wanted.partition(",")[0]
+        raise ValueError(f"{name} must be {kind}, in a unit such as {si}; received the unit {shown(unit)}")
     return size
 
 
@@ -132,25 +124,19 @@ def readable(value: float, unit: str) -> str:
     return f"{value / 10.0**exponent:.4g} {_PREFIXES[exponent]}{unit}"
 
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
+_LONGEST = 100  # characters of a quantity
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
 _FACTOR = re.compile(r"([A-Za-zÅ%]+|1)(?:\^?([-+]?\d))?")
 _PLAIN = str.maketrans({"µ": "u", "μ": "u", "\u212b": "Å", "²": "2", "³": "3", "⁻": "-", "·": "*"})
 
 
-def _split(text: str, wanted: str) -> tuple[float, str]:
-    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None:
-        raise ValueError(f"{wanted}; received {shown(text)}")
-    return float(match[1]), match[2].strip()
-
-
 def _measured(unit: str) -> tuple[float, list[int] | None]:
-    """Size of a unit in SI, and its exponents of kg, m, s and K; without exponents, it is no unit."""
+    """Size of a unit in SI, and its exponents of kg, m and s; without exponents, it is no unit."""
     if len(unit) > _LONGEST:
         return math.nan, None
     # Every second part is an operator; a space multiplies.
     parts = re.split(r"\s*([/*\s])\s*", unit.strip().translate(_PLAIN).replace("**", "^") or "1")
-    size, total = 1.0, [0, 0, 0, 0]
+    size, total = 1.0, [0, 0, 0]
     for operator, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
         match = _FACTOR.fullmatch(part)
         name = max((one for one in _UNITS if match and match[1].endswith(one)), key=len, default="")
@@ -160,7 +146,3 @@ def _measured(unit: str) -> tuple[float, list[int] | None]:
         size *= (_UNITS[name][0] * 10.0 ** _POWERS[match[1].removesuffix(name)]) ** exponent
         total = [sum_ + exponent * one for sum_, one in zip(total, _UNITS[name][1], strict=True)]
     return size, total
-
-
-def _a(dimension: str) -> str:
-    return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"

@@ -21,7 +21,7 @@ from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
 from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of, pulled
+from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
 from bem.lab.fitting.simulated import bias_of_range, memories, search
@@ -106,7 +106,10 @@ def fit(
     windows: list[float] = []
     if not best.adequate and setup.half_angle is None:
         windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
-    zero = free is None and best.model.adhesive and best.adequate and climb.needs_no_adhesion(best)
+    hertz = best
+    if free is None and best.model.adhesive and best.adequate:
+        hertz = climb.fits.get("hertz") or climb.rung("hertz")
+    zero = hertz.criterion(best.independent) < best.criterion(best.independent)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
     result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
@@ -225,11 +228,6 @@ class Climb:
         most = best.criterion(independent) + _ALIKE
         return tuple(each for each in others if best.model.name in names and each.criterion(independent) < most)
 
-    def needs_no_adhesion(self, best: Fitted) -> bool:
-        """Whether the criterion prefers Hertz to an adhesive rung."""
-        hertz = self.fits.get("hertz") or self.rung("hertz")
-        return hertz.criterion(best.independent) < best.criterion(best.independent)
-
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
         begin = time.process_time()
@@ -247,7 +245,12 @@ class Climb:
             nonlinear = tuple(each for each in nonlinear if each in self.free)
             linear = tuple(each for each in LINEAR if each in self.free)
         problem = Regression(model, self.data, start, nonlinear, linear, report=self.report)
-        found = self._simulated(problem) if name == "solver" else problem.run(np.zeros(len(nonlinear)))
+        if name == "solver":
+            problem.options = {"jumps": self.data.jumps}
+            starts = memories(start, self.data.duration) if set(MEMORY) <= set(nonlinear) else [start]
+            found = search(problem, starts, self.accuracy)
+        else:
+            found = problem.run(np.zeros(len(nonlinear)))
         self.fits[name] = found
         self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
         return found
@@ -260,7 +263,8 @@ class Climb:
         """First guesses, from what simpler rungs found."""
         hertz, pull = self.fits.get("hertz"), 2.0 if model.name == "dmt" else 1.5
         start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
-        start["work_of_adhesion"] = pulled(self.data) / (pull * np.pi * self.data.path.setup.radius)
+        largest = float(np.max(self.data.tension[self.data.weights > 0.0])) - self.data.baseline
+        start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.path.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
         return start | (self.best().values if model.name == "maugis" and "jkr" in self.fits else {})
@@ -272,10 +276,3 @@ class Climb:
         tensions = np.column_stack([LADDER["ting"].tension(each, data.path) for each in relaxed])
         changes = tensions - LADDER["hertz"].tension(fitted.values, data.path)[:, None]
         return fitted.calls_for(changes * (data.weights / data.noise)[:, None])
-
-    def _simulated(self, problem: Regression) -> Fitted:
-        """The solver's fit, from what the approach and the largest tension show."""
-        problem.options = {"jumps": self.data.jumps}
-        several = set(MEMORY) <= set(problem.free)
-        starts = memories(problem.start, self.data.duration) if several else [problem.start]
-        return search(problem, starts, self.accuracy)

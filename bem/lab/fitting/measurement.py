@@ -227,8 +227,3 @@ def hertz_line(data: Measurement) -> dict[str, float]:
         "relaxed_modulus": float(np.clip(modulus, 2.0, 5e11)),
         "contact_point": float(data.path.place[data.first] + places[best]),
     }
-
-
-def pulled(data: Measurement) -> float:
-    """Largest tension over the baseline, in N, at least the noise."""
-    return max(float(np.max(data.tension[data.weights > 0.0])) - data.baseline, data.noise)

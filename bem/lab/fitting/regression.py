@@ -6,6 +6,7 @@ residuals are smallest, and the two points on either side of each end, between w
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -254,11 +255,7 @@ class Fitted:
     @property
     def independent(self) -> float:
         """How many independent points the residuals are worth."""
-        return self.worth(self.residuals)
-
-    def worth(self, residuals: FloatArray) -> float:
-        """How many independent points residuals of this curve are worth."""
-        correlated = max(inflation(residuals[self.counted]), self.problem.data.correlated)
+        correlated = max(inflation(self.residuals[self.counted]), self.problem.data.correlated)
         return max(np.count_nonzero(self.counted) / correlated, 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
@@ -266,7 +263,8 @@ class Fitted:
         both = np.column_stack([self.jacobian, columns])
         both = both / np.maximum(np.linalg.norm(both, axis=0), 1e-300)
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
-        before, after, independent = self.residuals @ self.residuals, rest @ rest, self.worth(rest)
+        before, after = self.residuals @ self.residuals, rest @ rest
+        independent = dataclasses.replace(self, residuals=rest).independent
         return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
 
     @property

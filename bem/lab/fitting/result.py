@@ -15,11 +15,10 @@ from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.fitting.regression import CONFIDENCE, Fitted
-from bem.lab.models import CONTACT_POINT, LADDER, Path
+from bem.lab.models import LADDER, UNITS, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
-_LINEAR_UNITS = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
 
@@ -75,33 +74,31 @@ class FitResult:
 
     def summary(self) -> str:
         """Values with intervals, noise, the ladder, and what is not determined."""
-        units = units_of(self.model) | _LINEAR_UNITS
         lines = [f"{'model':17} {LADDER[self.model].title}"]
         for name, value in self.values.items():
-            unit = units[name]
+            unit = UNITS[name]
             low, high = (readable(bound, unit) for bound in self.intervals[name])
             kind = "95 %:" if self.adequate else "over depth:"
             between = f"{kind} {low} to {high}" if np.isfinite(self.intervals[name]).any() else "no interval"
             lines.append(f"{name:17} {readable(value, unit):>14}   {between}")
         lines.append(f"{'noise':17} {readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline")
         if "work_of_adhesion" in self.values:
-            words = f"{self.setup.regime} (Tabor parameter {self.setup.physical_tabor:.3g})"
-            lines.append(f"{'contact':17} {words}")
+            lines.append(f"{'contact':17} {self.setup.regime} (Tabor parameter {self.setup.physical_tabor:.3g})")
         if self.model == "solver" and self.setup.range_is_effective:
             lines.append(
                 f"{'effective range':17} {readable(self.setup.gap, 'm'):>14}   Tabor parameter {self.setup.tabor:.3g}"
             )
         for rung in self.ladder:
-            known = units_of(rung.model).items()
-            found = ", ".join(f"{name} {readable(rung.values[name], unit)}" for name, unit in known)
+            names = (*(each.name for each in LADDER[rung.model].parameters), "contact_point")
+            found = ", ".join(f"{name} {readable(rung.values[name], UNITS[name])}" for name in names)
             lines.append(f"{'  ' + rung.model:17} misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {found}")
         return "\n".join([*lines, *self.sentences])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
-        units, setup = units_of(self.model) | _LINEAR_UNITS, self.setup
+        setup = self.setup
         found = {name: getattr(self, name) for name in ("model", "adequate", "alike", "values")}
-        found |= {"units": {name: units[name] for name in self.values}, "intervals": self.intervals}
+        found |= {"units": {name: UNITS[name] for name in self.values}, "intervals": self.intervals}
         found |= {"confidence": CONFIDENCE, "correlations": self.correlations, "noise": self.noise}
         found |= {"misfit": self.misfit, "tabor": setup.physical_tabor}
         found |= {"effective_range": setup.gap if setup.range_is_effective else None}
@@ -142,11 +139,6 @@ class FitResult:
         figure.savefig(path, dpi=150)
 
 
-def units_of(model: str) -> dict[str, str]:
-    """Units of a model's parameters, in their order."""
-    return {each.name: each.unit for each in (*LADDER[model].parameters, CONTACT_POINT)}
-
-
 def result_of(
     curve: ForceCurve,
     best: Fitted,
@@ -175,15 +167,20 @@ def result_of(
         every = [*windows, best.values.get("relaxed_modulus", np.nan)]
         spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
         intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
-    path = Path(curve.time, prescribed_path(curve, best.problem.data.path.setup), best.problem.data.path.setup)
+    data = best.problem.data
+    path = Path(curve.time, prescribed_path(curve, data.path.setup), data.path.setup)
     tension = _whole_tension(best, path)
-    sign = 1.0 if curve.force_sign == "tension" else -1.0
+    model = ForceCurve(
+        time=curve.time,
+        indentation=path.place + tension * path.compliance,
+        force=tension,
+        stage=None if path.setup.stiffness is None else path.place,
+    )
     values = {name: best.values[name] for name in best.problem.free} | best.linear
-    for name in ("force_offset", "tilt"):
-        if name in values and sign < 0.0:
-            values[name] = -values[name]
-            intervals[name] = (-intervals[name][1], -intervals[name][0])
-    rest, data = tension - curve.tension, best.problem.data
+    for name in {"force_offset", "tilt"} & values.keys() if curve.force_sign == "compression" else ():
+        values[name] = -values[name]
+        intervals[name] = (-intervals[name][1], -intervals[name][0])
+    rest = tension - curve.tension
     counted = np.interp(curve.time, data.path.time, data.weights) > 0.5
     return FitResult(
         model=best.model.name,
@@ -192,20 +189,14 @@ def result_of(
         intervals=intervals,
         correlations=correlations,
         residuals=rest,
-        curve=ForceCurve(
-            time=curve.time,
-            indentation=path.place + tension * path.compliance,
-            force=sign * tension,
-            force_sign=curve.force_sign,
-            stage=None if path.setup.stiffness is None else path.place,
-        ),
+        curve=model.with_sign(curve.force_sign),
         measured=curve,
         setup=best.model.setup_of(best.values, path.setup),
         noise=float(1.4826 * np.median(np.abs(rest[counted]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
         ladder=tuple(ladder),
-        sentences=(*said, *_sentences(best, correlations, loose, alike, windows), *_contradicted(best)),
+        sentences=(*said, *_sentences(best, correlations, loose, alike, windows)),
         simulations=sum(1 for rung in ladder if rung.model == "solver") and best.problem.evaluations,
     )
 
@@ -242,8 +233,9 @@ def _sentences(
     alike: Sequence[Fitted],
     windows: Sequence[float],
 ) -> list[str]:
-    """What the curve leaves open and what trades off, in the order of weight; `loose` are the parameters left open."""
-    found = []
+    """What the curve leaves open, what trades off, and which assumptions of the model the values contradict."""
+    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
+    depth, tabor, found = float(best.problem.data.depth.max()), setup.physical_tabor, []
     if not best.adequate:
         found.append(
             f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
@@ -275,25 +267,17 @@ def _sentences(
         for one, two in itertools.combinations(best.names, 2)
         if abs(correlations[one][two]) > _TIED
     ]
-    return found
-
-
-def _contradicted(best: Fitted) -> list[str]:
-    """Assumptions of the model that the fitted values contradict."""
-    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
-    depth, name, found = float(best.problem.data.depth.max()), best.model.name, []
     if setup.half_angle is None and depth > 0.5 * setup.radius:
         found.append(
             f"The depth, {readable(depth, 'm')}, is not small beside the radius, {readable(setup.radius, 'm')}."
         )
     if setup.half_angle is not None and depth < 2.0 * setup.radius:
         found.append(f"The depth, {readable(depth, 'm')}, is not large beside the radius of the apex.")
-    tabor = setup.physical_tabor
-    if name == "dmt" and tabor > 0.3:
+    if best.model.name == "dmt" and tabor > 0.3:
         found.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
-    if name == "jkr" and tabor < 2.0:
+    if best.model.name == "jkr" and tabor < 2.0:
         found.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
-    if name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
+    if best.model.name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
         found.append(
             f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the "
             "contact dissipates over it, and a shorter one gives another time."

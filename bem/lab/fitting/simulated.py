@@ -19,6 +19,7 @@ from bem._support.validation import FloatArray
 from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.models.solver import NoContactError
+from bem.lab.setup import LONGER
 
 _TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
 _SHORT, _LONG, _TRIED = 8, 20, 6  # evaluations of a run from a start and of one that ends, and starts that are run
@@ -31,7 +32,6 @@ _STEPS, _CORRECTED = 6, 3  # of a standard deviation along a valley at most, and
 _WIDEST = 1.0  # standard deviation of a search, beyond which a valley has no end
 _LOWER = 0.5  # of chi-square, by which a point of the valley is lower than the end of a search
 _AGAIN = 3  # times that a search goes on from there
-LONGER = 1.5  # times the effective range, with which its bias is estimated
 
 
 def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy: str | float) -> Fitted:

@@ -11,6 +11,7 @@ from bem.lab.units import readable, to_si
         ("50 um", "length", 50e-6),
         ("50um", "length", 50e-6),
         ("1e-2 µm", "length", 1e-8),
+        ("300 nm", "length", 3e-7),
         ("50mJ/m2", "energy per area", 0.05),
         ("50 mN/m", "energy per area", 0.05),
         ("2MPa", "pressure", 2e6),
