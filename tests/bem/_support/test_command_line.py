@@ -61,11 +61,28 @@ def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
         run_main(unwritten)
 
 
-def test_a_module_is_called_by_the_name_it_was_run_by():
-    ended = python("-m", "paper_figures", "table-quartiles", "--results", "nowhere")
-    assert ended.returncode == 2
-    assert ended.stderr.startswith("python -m paper_figures table-quartiles: ")
-    assert ended.stderr.count("\n") == 1
+CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("bem --sideways", "bem: No such option"),
+        ("surrogate --sideways", "surrogate: No such option"),
+        (f"bem simulate --tabor -1 {CYCLE}", "bem: tabor must be a finite number at least 1e-06"),
+        ("paper_figures table-quartiles --results nowhere", "python -m paper_figures table-quartiles: "),
+    ],
+)
+def test_a_mistake_exits_with_2_and_a_sentence_that_begins_with_the_name_of_the_command(words, sentence):
+    ended = python("-m", *words.split())
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
+    assert ended.stderr.startswith(sentence)
+
+
+@pytest.mark.parametrize("module", ["bem", "surrogate"])
+def test_a_command_alone_tells_its_usage(module):
+    told = python("-m", module)
+    assert "Usage" in told.stdout + told.stderr
 
 
 def test_a_sentence_is_one_line_of_bounded_length():

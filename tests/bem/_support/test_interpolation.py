@@ -53,20 +53,6 @@ def test_the_cubics_are_those_of_scipy(points, places):
     np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
 
 
-@given(st.lists(st.floats(0.05, 1.0), min_size=6, max_size=20), st.data())
-def test_resampling_never_overshoots_even_across_jumps(steps, data):
-    times = np.cumsum(steps)
-    jump = data.draw(st.integers(0, len(times) - 1))
-    times = np.insert(times, jump, times[jump])
-    force = np.array(data.draw(st.lists(st.floats(-5, 5), min_size=len(times), max_size=len(times))))
-    wanted = np.linspace(times[0], times[-1], 333)
-    found = ForceInterpolant(times, force, [times[jump]]).at(wanted)
-    left = np.clip(np.searchsorted(times, wanted, side="right") - 1, 0, len(times) - 2)
-    lower, upper = np.minimum(force[left], force[left + 1]), np.maximum(force[left], force[left + 1])
-    assert np.all(found >= lower - 1e-12)
-    assert np.all(found <= upper + 1e-12)
-
-
 @pytest.mark.parametrize(
     ("times", "force", "jumps", "corners", "wanted", "found"),
     [

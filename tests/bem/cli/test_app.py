@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -133,12 +131,6 @@ def test_a_mistake_is_one_sentence_with_what_was_received(changes):
     assert isinstance(result.exception, ValueError)
     assert "; received " in str(result.exception)
     assert "\n" not in str(result.exception)
-
-
-def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
-    result = subprocess.run([sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True)
-    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1)
-    assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")
 
 
 SI = ["--radius", "50um", "--work-of-adhesion", "50mJ/m2", "--modulus", "2MPa", "--peak-indentation", "1um"]

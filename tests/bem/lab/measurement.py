@@ -20,25 +20,17 @@ BEAD = Setup(
     retardation_time=0.1,
     material=StandardLinearSolid(modulus_ratio=0.3),
 )
+CYCLE = {"peak_indentation": 1e-6, "loading_rate": 2e-6, "dwell_time": 0.5, "unloading_rate": 2e-6}
 
 
-def measured(setup=BEAD, seed=0, noise=0.01, points=300, **changes):
-    """A curve of 1 % noise of its range."""
-    path = {
-        "peak_indentation": 1e-6,
-        "loading_rate": 2e-6,
-        "dwell_time": 0.5,
-        "unloading_rate": 2e-6,
-        "start_indentation": -1.5e-6,
-    }
-    protocol = setup.protocol(**(path | changes))
-    trajectory = simulate(setup.scene(), protocol, "standard")
+def measured(setup=BEAD, noise=0.01, points=300, truth=TRUTH, accuracy="standard", **changes):
+    """A curve of 1 % noise of its range; behind a spring the indentation is that of stage and measured force."""
+    protocol = setup.protocol(**(CYCLE | {"start_indentation": -1.5e-6} | changes))
+    trajectory = simulate(setup.scene(), protocol, accuracy)
     time = np.linspace(0.0, trajectory.time[-1], points)
     force = trajectory.at(time) * setup.force_scale
-    depth = protocol.history(setup.tabor).indentation_at(time) * setup.indentation_scale
-    scatter = noise * np.ptp(force) * np.random.default_rng(seed).standard_normal(points)
-    return ForceCurve(
-        time=time * setup.time_scale,
-        indentation=depth + TRUTH["contact_point"],
-        force=force + TRUTH["force_offset"] + scatter,
-    )
+    place = protocol.history(setup.tabor).indentation_at(time) * setup.indentation_scale + truth["contact_point"]
+    force = force + truth["force_offset"] + noise * np.ptp(force) * np.random.default_rng(0).standard_normal(points)
+    behind = {} if setup.stiffness is None else {"stage": place}
+    depth = place if setup.stiffness is None else place + force / setup.stiffness
+    return ForceCurve(time=time * setup.time_scale, indentation=depth, force=force, **behind)

@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 
-from bem import StandardLinearSolid
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
@@ -183,14 +182,7 @@ def test_the_noise_is_that_of_the_points_that_count():
 
 def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
     """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
-    setup = Setup(
-        radius=50e-6,
-        work_of_adhesion=0.05,
-        relaxed_modulus=2e6,
-        material=StandardLinearSolid(0.3),
-        retardation_time=0.1,
-        equilibrium_gap=90e-9,
-    )
+    setup = BEAD.replaced(equilibrium_gap=90e-9)
     ramps = {"peak_indentation": 1e-6, "loading_rate": 2e-6, "unloading_rate": 2e-6}
     simulated = setup.simulate(setup.protocol(**ramps))
     assert measurement_of(simulated, setup).noise < 1e-3 * np.ptp(simulated.force)
@@ -203,41 +195,34 @@ def test_what_the_curve_does_not_determine_is_said(curve):
     assert any(text.startswith(starts) for text in early.sentences)
 
 
+RAMP = np.linspace(-1e-6, 1e-6, 300)
+STILL = ForceCurve(time=np.zeros(300), indentation=RAMP, force=-np.maximum(RAMP, 0.0))
+
+
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("changes", "message"),
     [
-        ((BEAD, ("stiffness",)), "free must be one or more of relaxed_modulus, .*received"),
-        ((BEAD, None, "sphere"), "model must be auto or one of hertz, cone, .*received 'sphere'"),
-        ((BEAD, None, "auto", "middle"), "segment must be one of both, approach, retract; received 'middle'"),
+        ({"free": ("stiffness",)}, "free must be one or more of relaxed_modulus, .*received"),
+        ({"free": ()}, "free must be one or more"),
+        ({"free": ("force_offset",)}, "with or without force_offset, tilt and drag; received 'force_offset'"),
+        ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
+        ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
+        ({"model": "cone"}, "half_angle must be given for a cone or a pyramid"),
+        ({"segment": "middle"}, "segment must be one of both, approach, retract; received 'middle'"),
+        ({"within": ("1 kg", None)}, "range must be a force, in a unit such as N; received the unit 'kg'"),
+        ({"within": (1e-6, 0.0)}, "the range must grow"),
+        ({"within": ("0 um", "2 uN")}, "range must be a force, in a unit such as N; received .*'um'"),
         (
-            (BEAD, None, "hertz", "both", ("1 kg", None)),
-            "range must be a force, in a unit such as N; received the unit 'kg'",
-        ),
-        ((BEAD, None, "hertz", "both", (1e-6, 0.0)), "the range must grow"),
-        (
-            (BEAD, None, "hertz", "both", ("0 um", "2 uN")),
-            "range must be a force, in a unit such as N; received .*'um'",
-        ),
-        (
-            (BEAD, None, "hertz", "both", ("5 mm", "6 mm")),
+            {"within": ("5 mm", "6 mm")},
             r"the range must hold 10 points in contact; received \('5 mm', '6 mm'\), which holds 0",
         ),
-        ((BEAD, None, "cone"), "half_angle must be given for a cone or a pyramid"),
-        ((BEAD, ()), "free must be one or more"),
-        ((BEAD, ("force_offset",)), "with or without force_offset, tilt and drag; received 'force_offset'"),
-        ((BEAD, ("relaxed_modulus", "colour")), "received 'colour'"),
-        (("bead",), "setup must be one of Setup"),
+        ({"setup": "bead"}, "setup must be one of Setup"),
+        ({"curve": STILL}, "time must increase after contact; received 0 s to the end"),
     ],
 )
-def test_what_is_no_fit_is_one_sentence(curve, arguments, message):
+def test_what_is_no_fit_is_one_sentence(curve, changes, message):
     with pytest.raises(ValueError, match=message):
-        fit(curve, *arguments[:2], **dict(zip(("model", "segment", "within"), arguments[2:], strict=False)))
-
-
-def test_a_curve_whose_time_stands_still_is_one_sentence(curve):
-    still = ForceCurve(time=np.zeros(len(curve)), indentation=curve.indentation, force=curve.force)
-    with pytest.raises(ValueError, match="time must increase after contact; received 0 s to the end"):
-        fit(still, BEAD)
+        fit(**({"curve": curve, "setup": BEAD} | changes))
 
 
 def test_a_search_that_spends_its_budget_says_so(curve, monkeypatch):
@@ -308,11 +293,8 @@ CANTILEVER = BEAD.replaced(stiffness=25.0)
 
 @pytest.fixture(scope="module")
 def behind_a_cantilever():
-    """A curve of the stage; the indentation is that of stage and measured force, offset and noise included."""
     path = {"peak_indentation": 2.5e-6, "loading_rate": 8e-6, "unloading_rate": 8e-6, "start_indentation": -2.5e-6}
-    curve = measured(CANTILEVER, **path)
-    stage = curve.indentation
-    return ForceCurve(time=curve.time, indentation=stage + curve.force / 25.0, force=curve.force, stage=stage)
+    return measured(CANTILEVER, **path)
 
 
 def test_a_fit_knows_the_cantilever(behind_a_cantilever):

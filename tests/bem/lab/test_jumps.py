@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from bem import StandardLinearSolid, simulate
-from bem.lab import ForceCurve, Setup, fit
+from bem.lab import fit
 from bem.lab.fitting import ALL, guess_setup
 from bem.lab.fitting.measurement import measurement_of
 from experiments.robustness import lab_coverage
 from experiments.robustness.lab_curves import CLASSES
+from tests.bem.lab.measurement import BEAD, measured
 
 
 def test_the_jumps_into_and_out_of_contact_are_found():
@@ -38,31 +38,14 @@ def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
     assert result.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.1)
 
 
-def curve_of(setup, path, points, noise, offset=0.0):
-    """A noisy curve behind the setup's spring."""
-    trajectory = simulate(setup.scene(), path, 5e-4)
-    instants = np.linspace(0.0, trajectory.time[-1], points)
-    force = setup.force_scale * trajectory.at(instants)
-    force += offset + noise * np.ptp(force) * np.random.default_rng(0).standard_normal(points)
-    stage = setup.indentation_scale * path.history(setup.tabor).indentation_at(instants)
-    return ForceCurve(
-        time=setup.time_scale * instants, indentation=stage + force / setup.stiffness, force=force, stage=stage
-    )
+NOWHERE = {"contact_point": 0.0, "force_offset": 0.0}
 
 
 def test_small_forces_and_many_points_leave_no_bias():
-    gel = Setup(
-        radius=5e-6,
-        work_of_adhesion=5e-4,
-        relaxed_modulus=2e4,
-        material=StandardLinearSolid(0.3),
-        retardation_time=0.2,
-        stiffness=0.05,
-    )
-    path = gel.protocol(
-        peak_indentation=4e-7, loading_rate=2e-6, dwell_time=1.0, unloading_rate=2e-6, start_indentation=-9e-7
-    )
-    curve = curve_of(gel, path, 3000, 0.01)
+    changes = {"radius": 5e-6, "work_of_adhesion": 5e-4, "relaxed_modulus": 2e4, "retardation_time": 0.2}
+    gel = BEAD.replaced(**changes, stiffness=0.05)
+    path = {"peak_indentation": 4e-7, "dwell_time": 1.0, "start_indentation": -9e-7}
+    curve = measured(gel, 0.01, 3000, NOWHERE, 5e-4, **path)
     result = fit(curve, guess_setup(curve, radius=5e-6), ALL)
     for name, (low, high) in result.intervals.items():
         truth = getattr(gel, name, {"modulus_ratio": 0.3}.get(name, 0.0))
@@ -70,18 +53,9 @@ def test_small_forces_and_many_points_leave_no_bias():
 
 
 def test_a_soft_spring_jumps_from_afar_and_a_fast_memory_is_found():
-    bead = Setup(
-        radius=50e-6,
-        work_of_adhesion=0.05,
-        relaxed_modulus=2e6,
-        material=StandardLinearSolid(0.3),
-        retardation_time=0.05,
-        stiffness=3.0,
-    )
-    path = bead.protocol(
-        peak_indentation=1.5e-6, loading_rate=2e-5, dwell_time=0.2, unloading_rate=2e-5, start_indentation=-6e-6
-    )
-    curve = curve_of(bead, path, 5000, 0.003)
+    bead = BEAD.replaced(retardation_time=0.05, stiffness=3.0)
+    path = {"peak_indentation": 1.5e-6, "loading_rate": 2e-5, "unloading_rate": 2e-5, "start_indentation": -6e-6}
+    curve = measured(bead, 0.003, 5000, NOWHERE, 5e-4, dwell_time=0.2, **path)
     result = fit(curve, guess_setup(curve, radius=50e-6), ALL)
     assert result.noise == pytest.approx(0.003 * np.ptp(curve.force), rel=0.1)
     assert result.values["retardation_time"] == pytest.approx(0.05, rel=0.3)
