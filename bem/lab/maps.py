@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem._support.interruption import whole
+from bem._support.tabular import labelled
 from bem._support.validation import instance
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting import FitError, fit, guess_setup
@@ -119,12 +120,9 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
         raise ValueError(f"Expected a map of `bem fit-map`; received {path}, which is none")
     if settings is not None and lines[0][2:] != settings:
         raise ValueError(f"the settings of {path} must be those of this map ({settings}); received {lines[0][2:]}")
-    kinds: dict[str, Callable[[str], Any]] = dict.fromkeys(("file", "model", "adequate", "reason"), str)
-    kinds["number"] = int
-    rows = csv.DictReader(lines[1:])
-    return [
-        {name: kinds.get(name, lambda text: float(text or "nan"))(text) for name, text in row.items()} for row in rows
-    ]
+    kinds: dict[str, Callable[[str], Any]] = dict.fromkeys(COLUMNS, lambda text: float(text or "nan"))
+    kinds |= {"number": int} | dict.fromkeys(("file", "model", "adequate", "reason"), str)
+    return [{name: kinds[name](text) for name, text in row.items()} for row in csv.DictReader(lines[1:])]
 
 
 def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Row, options: Row) -> Row:
@@ -144,10 +142,8 @@ def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Ro
 
 def to_xarray(rows: Sequence[Row]) -> xr.Dataset:
     """The lines as a data set over `curve`, with units; xarray is an option of the package."""
-    import xarray as xr
-
-    variables = {name: ("curve", [row[name] for row in rows]) for name in COLUMNS}
-    return xr.Dataset(variables).assign_attrs({name: UNITS[name] for name in QUANTITIES if UNITS[name]})
+    variables = {name: ("curve", [row[name] for row in rows], UNITS.get(name, "")) for name in COLUMNS}
+    return labelled(variables, {name: UNITS[name] for name in QUANTITIES if UNITS[name]})
 
 
 def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_modulus") -> None:

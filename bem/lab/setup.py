@@ -24,7 +24,6 @@ import dataclasses
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -144,17 +143,6 @@ class Setup:
         return self.relaxed_modulus / (1.0 - self.poisson_ratio**2)
 
     @property
-    def slope(self) -> float:
-        """Tangent of `half_angle`.
-
-        Raises:
-            ValueError: there is none.
-        """
-        if self.half_angle is None:
-            raise ValueError("half_angle must be given for a cone or a pyramid; received None")
-        return float(np.tan(np.radians(self.half_angle)))
-
-    @property
     def adhesion_length(self) -> float:
         """(R dgamma^2 / E0*^2)^(1/3), in m: how far adhesion stretches the surface, mu times h0."""
         return float(np.cbrt(self.radius * (self.work_of_adhesion / self.contact_modulus) ** 2))
@@ -202,7 +190,7 @@ class Setup:
         """h0 per retardation time, in m/s."""
         return self.indentation_scale / self.time_scale
 
-    @cached_property
+    @property
     def regime(self) -> str:
         """The limit of elastic theory this contact is near, by the physical Tabor parameter."""
         if self.physical_tabor >= 5.0:
@@ -267,10 +255,10 @@ class Setup:
     ) -> ForceProtocol:
         """A force that is linear between `times` (s), at which it is `forces` (N), in the solver's units."""
         require_sign(force_sign)
-        sign = 1.0 if force_sign == "tension" else -1.0
+        scale = self.force_scale if force_sign == "tension" else -self.force_scale
         return ForceProtocol(
             [to_si("times", time, "time") / self.time_scale for time in times],
-            [sign * to_si("forces", force, "force") / self.force_scale for force in forces],
+            [to_si("forces", force, "force") / scale for force in forces],
         )
 
     def simulate(

@@ -53,7 +53,9 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
         problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / (_TIGHTER if tells else 1.0), TIGHTEST)
         best = problem.run(best.x, _LONG, _CLOSENESS)
         for _ in range(_AGAIN):
+            problem.options["budget"] = None
             best, lower = followed(best)
+            problem.options["budget"] = budget
             if lower is None or budget[0] < 0.0:
                 break
             best = min(best, problem.run(lower, _LONG, _CLOSENESS), key=lambda run: run.misfit)
@@ -102,12 +104,10 @@ def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
     problem it is.
     """
     problem, reach = best.problem, best.quantile**2
-    budget, problem.options["budget"] = problem.options["budget"], None
     jacobian, least = problem.jacobian(best.x), float(best.residuals @ best.residuals)
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     deviations = vectors * np.sqrt(best.variance / np.maximum(values, 1e-14))
     if np.abs(deviations[:, 0]).max() > _WIDEST:
-        problem.options["budget"] = budget
         return best, None
     correction = -vectors[:, 1:] @ np.linalg.pinv(jacobian @ vectors[:, 1:])
     found = [(0.0, 0.0, best.x)]
@@ -129,7 +129,6 @@ def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
             if rise > reach:
                 break
             x, direction = ahead, (ahead - x) / length
-    problem.options["budget"] = budget
     _, rise, lowest = min(found, key=lambda each: each[1])
     if rise < -_LOWER:
         return best, lowest
