@@ -25,7 +25,7 @@ from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measur
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
 from bem.lab.fitting.simulated import bias_of_range, memories, search
-from bem.lab.models import CONTACT_POINT, LADDER, Model
+from bem.lab.models import CONTACT_POINT, LADDER, Model, setup_of
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
@@ -100,7 +100,7 @@ def fit(
         best = climb.climb() if model == AUTO else climb.rung(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    setup, sentences = best.model.setup_of(best.values, data.path.setup), []
+    setup, sentences = setup_of(best.values, data.path.setup), []
     if best.model.name == "solver" and setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     windows: list[float] = []
@@ -218,7 +218,7 @@ class Climb:
         if sum(each.model.name in _ONE_WAY[:2] for each in (best, *self.alike(best))) < 2 or not best.model.adhesive:
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
-        tabor = best.model.setup_of(best.values, self.data.path.setup).physical_tabor
+        tabor = setup_of(best.values, self.data.path.setup).physical_tabor
         return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
@@ -232,9 +232,10 @@ class Climb:
         """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
         begin = time.process_time()
         model = LADDER[name]
-        start = self._start(model)
         held = MEMORY if isinstance(self.data.path.setup.material, PronySeries) and name == "solver" else ()
-        nonlinear = (*(each.name for each in model.parameters if each.name not in held), "contact_point")
+        nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
+        guesses = self._start(model)
+        start = {each: guesses[each] for each in nonlinear}
         counted = self.data.weights > 0.0
         several = (each for each in LINEAR[1:] if np.ptp(np.sign(self.data.columns[each][counted])) > 0.0)
         linear: tuple[str, ...] = ("force_offset", *several)

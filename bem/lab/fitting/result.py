@@ -15,7 +15,7 @@ from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.fitting.regression import CONFIDENCE, Fitted
-from bem.lab.models import LADDER, UNITS, Path
+from bem.lab.models import LADDER, UNITS, Path, setup_of
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
@@ -89,8 +89,10 @@ class FitResult:
                 f"{'effective range':17} {readable(self.setup.gap, 'm'):>14}   Tabor parameter {self.setup.tabor:.3g}"
             )
         for rung in self.ladder:
-            names = (*(each.name for each in LADDER[rung.model].parameters), "contact_point")
-            found = ", ".join(f"{name} {readable(rung.values[name], UNITS[name])}" for name in names)
+            known = [
+                (name, value) for name, value in rung.values.items() if name not in ("force_offset", "tilt", "drag")
+            ]
+            found = ", ".join(f"{name} {readable(value, UNITS[name])}" for name, value in known)
             lines.append(f"{'  ' + rung.model:17} misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {found}")
         return "\n".join([*lines, *self.sentences])
 
@@ -191,7 +193,7 @@ def result_of(
         residuals=rest,
         curve=model.with_sign(curve.force_sign),
         measured=curve,
-        setup=best.model.setup_of(best.values, path.setup),
+        setup=setup_of(best.values, path.setup),
         noise=float(1.4826 * np.median(np.abs(rest[counted]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
@@ -234,7 +236,7 @@ def _sentences(
     windows: Sequence[float],
 ) -> list[str]:
     """What the curve leaves open, what trades off, and which assumptions of the model the values contradict."""
-    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
+    setup = setup_of(best.values, best.problem.data.path.setup)
     depth, tabor, found = float(best.problem.data.depth.max()), setup.physical_tabor, []
     if not best.adequate:
         found.append(

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 from bem._support.validation import FloatArray
 from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.models import setup_of
 from bem.lab.models.solver import NoContactError
 from bem.lab.setup import LONGER
 
@@ -146,7 +147,7 @@ def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
 def bias_of_range(best: Fitted) -> str:
     """How much the solver's parameters change with a longer effective range, in words."""
     data = best.problem.data
-    tabor = max(best.model.setup_of(best.values, data.path.setup).tabor / LONGER, 0.05)
+    tabor = max(setup_of(best.values, data.path.setup).tabor / LONGER, 0.05)
     path = dataclasses.replace(data.path, setup=data.path.setup.replaced(largest_tabor=tabor))
     data = dataclasses.replace(data, path=path)
     problem = dataclasses.replace(best.problem, data=data, start=best.values)

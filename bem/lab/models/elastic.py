@@ -8,7 +8,7 @@ sqrt(2 pi w a / E*), tension sqrt(8 pi w E* a^3) - (4/3) E* a^3 / R. Its Tabor p
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -27,29 +27,18 @@ Curve = tuple[FloatArray, FloatArray]
 """Depths (m), growing to at least the deepest, and tensions (N)."""
 
 
-@dataclass(frozen=True)
-class Branch(Model):
-    """An elastic model.
+def tension(branch: Callable[[Values, Setup, float], Curve], values: Values, path: Path) -> FloatArray:
+    """See `Model.tension`, by the branch, of values, setup and largest depth, that is stable at fixed indentation.
 
-    `branch(values, setup, deepest)` gives the branch that is stable at fixed indentation. A spring moves its end to
-    where contact and spring lose stability together.
+    A spring moves its end to where contact and spring lose stability together. Beyond its ends the branch is continued
+    by its last value.
     """
-
-    branch: Callable[[Values, Setup, float], Curve]
-
-    @property
-    def adhesive(self) -> bool:
-        """See `Model.adhesive`."""
-        return ADHESION in self.parameters
-
-    def tension(self, values: Values, path: Path) -> FloatArray:
-        """See `Model.tension`; beyond its ends the branch is continued by its last value."""
-        apart = path.place - values["contact_point"]
-        stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
-        depth, tension = self.branch(values, path.setup, max(float(apart.max()), 0.0) + stretched + 1e-15)
-        stage = depth - tension * path.compliance
-        first = int(np.argmin(stage))
-        return np.interp(apart, stage[first:], tension[first:])
+    apart = path.place - values["contact_point"]
+    stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
+    depth, force = branch(values, path.setup, max(float(apart.max()), 0.0) + stretched + 1e-15)
+    stage = depth - force * path.compliance
+    first = int(np.argmin(stage))
+    return np.interp(apart, stage[first:], force[first:])
 
 
 def hertz(values: Values, setup: Setup, deepest: float) -> Curve:
@@ -68,14 +57,14 @@ def cone(values: Values, setup: Setup, deepest: float) -> Curve:
 
 def pyramid(values: Values, setup: Setup, deepest: float) -> Curve:
     """Force 0.7453 E* tan(alpha) depth^2, alpha between a face and the axis: Bilodeau, J. Appl. Mech. 59 (1992) 519."""
-    depth, tension = cone(values, setup, deepest)
-    return depth, 0.7453 * np.pi / 2.0 * tension
+    depth, force = cone(values, setup, deepest)
+    return depth, 0.7453 * np.pi / 2.0 * force
 
 
 def dmt(values: Values, setup: Setup, deepest: float) -> Curve:
     """Hertz's contact, pulled by the long-ranged attraction 2 pi R w outside it; see `bem.reference_solutions.dmt`."""
-    depth, tension = hertz(values, setup, deepest)
-    return depth, tension + 2.0 * np.pi * setup.radius * values["work_of_adhesion"]
+    depth, force = hertz(values, setup, deepest)
+    return depth, force + 2.0 * np.pi * setup.radius * values["work_of_adhesion"]
 
 
 def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
@@ -92,8 +81,8 @@ def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
     first = fold
     if setup.stiffness is not None and fold > 0.0:
         coarse = fold + (largest - fold) * TABLE[::15]
-        depth, tension = at(coarse)
-        first = coarse[max(int(np.argmin(depth - tension / setup.stiffness)) - 1, 0)]
+        depth, force = at(coarse)
+        first = coarse[max(int(np.argmin(depth - force / setup.stiffness)) - 1, 0)]
     return at(first + (largest - first) * TABLE)
 
 
@@ -101,16 +90,20 @@ def maugis(values: Values, setup: Setup, _deepest: float) -> Curve:
     """From DMT to JKR, from the fold on; see `bem.reference_solutions.maugis_dugdale`."""
     work, tabor = max(values["work_of_adhesion"], _SMALLEST), values["tabor"]
     gap = np.cbrt(setup.radius * (work / contact_modulus(values, setup)) ** 2) / tabor
-    _, depth, tension = maugis_dugdale.solution_at_angle(_ANGLES, tabor)
+    _, depth, force = maugis_dugdale.solution_at_angle(_ANGLES, tabor)
     first = int(np.argmin(depth))
-    return depth[first:] * gap, tension[first:] * np.pi * setup.radius * work
+    return depth[first:] * gap, force[first:] * np.pi * setup.radius * work
+
+
+def _model(name: str, title: str, branch: Callable[[Values, Setup, float], Curve], *further: Parameter) -> Model:
+    return Model(name, title, (MODULUS, *further), partial(tension, branch), adhesive=ADHESION in further)
 
 
 MODELS = (
-    Branch("hertz", "Hertz: elastic sphere without adhesion", (MODULUS,), hertz),
-    Branch("cone", "Sneddon: elastic cone without adhesion", (MODULUS,), cone),
-    Branch("pyramid", "Bilodeau: elastic pyramid without adhesion", (MODULUS,), pyramid),
-    Branch("dmt", "DMT: elastic sphere with long-ranged adhesion", (MODULUS, ADHESION), dmt),
-    Branch("jkr", "JKR: elastic sphere with short-ranged adhesion", (MODULUS, ADHESION), jkr),
-    Branch("maugis", "Maugis-Dugdale: elastic sphere between DMT and JKR", (MODULUS, ADHESION, TABOR), maugis),
+    _model("hertz", "Hertz: elastic sphere without adhesion", hertz),
+    _model("cone", "Sneddon: elastic cone without adhesion", cone),
+    _model("pyramid", "Bilodeau: elastic pyramid without adhesion", pyramid),
+    _model("dmt", "DMT: elastic sphere with long-ranged adhesion", dmt, ADHESION),
+    _model("jkr", "JKR: elastic sphere with short-ranged adhesion", jkr, ADHESION),
+    _model("maugis", "Maugis-Dugdale: elastic sphere between DMT and JKR", maugis, ADHESION, TABOR),
 )

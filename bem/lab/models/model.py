@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -100,29 +100,24 @@ class Model:
         name: by which `fit` and `--model` know it.
         title: in words.
         parameters: all but the contact point, which every model has.
+        tension: of the contact along a path, shape (n,), by values and path; an adhesive model's is that in contact,
+            everywhere.
+        difference: change of a transformed parameter, relative to its scale, over which derivatives are taken.
+        adhesive: whether the tension is that in contact alone, so that the fit looks for where the contact ends.
     """
 
     name: str
     title: str
     parameters: tuple[Parameter, ...]
+    tension: Callable[..., FloatArray]
+    difference: float = 1e-4
+    adhesive: bool = False
 
-    difference: ClassVar[float] = 1e-4
-    """Change of a transformed parameter, relative to its scale, over which derivatives are taken."""
 
-    @property
-    def adhesive(self) -> bool:
-        """Whether the model gives the tension in contact alone, so that the fit looks for where the contact ends."""
-        return False
-
-    def tension(self, values: Values, path: Path) -> FloatArray:
-        """Tension of the contact along a path, shape (n,); an adhesive model's is that in contact, everywhere."""
-        raise NotImplementedError
-
-    def setup_of(self, values: Values, setup: Setup) -> Setup:
-        """The setup with the fitted values, as far as it has them."""
-        names = {"relaxed_modulus", "work_of_adhesion"} | ({"retardation_time", "modulus_ratio"} & values.keys())
-        changes: dict[str, Any] = {name: values[name] for name in names if values.get(name, 0.0) > 0.0}
-        return setup.replaced(**changes)
+def setup_of(values: Values, setup: Setup) -> Setup:
+    """The setup with the fitted values, as far as it has them."""
+    names = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
+    return setup.replaced(**{name: values[name] for name in names if values.get(name, 0.0) > 0.0})
 
 
 def contact_modulus(values: Values, setup: Setup) -> float:

@@ -8,15 +8,12 @@ depends on the range of adhesion, which may be an effective one, and does not co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values
+from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values, setup_of
 from bem.lab.setup import Setup
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from bem.reference_solutions.dmt import rigid_force_from_indentation
 from bem.trajectory import Trajectory
@@ -33,95 +30,80 @@ class NoContactError(RuntimeError):
     """The solver does not complete a contact."""
 
 
-@dataclass(frozen=True)
-class Simulated(Model):
-    """The model that the solver is."""
+def protocol_of(setup: Setup, path: Path, contact_point: float) -> tuple[PiecewiseLinearProtocol, float]:
+    """The path in the units of a setup, and the instant, in s, at which it begins.
 
-    difference: ClassVar[float] = 0.02
+    The approach from far away is left out; there the force is that of rigid surfaces.
+    """
+    time, place = path.lines
+    # A model that lets go after the end of the measurement is late too.
+    further = 1.0 + _FURTHER * (time[-1] - time[0]) / (time[-1] - time[-2])
+    time, place = (np.append(each[:-1], each[-2] + further * (each[-1] - each[-2])) for each in (time, place))
+    depth = (place - contact_point) / setup.indentation_scale
+    near = _FAR * default_start_indentation(setup.tabor)
+    inside = np.flatnonzero(depth > near)
+    first = int(inside[0]) if inside.size else 0
+    if first > 0:
+        start = float(np.interp(near, depth[first - 1 : first + 1], time[first - 1 : first + 1]))
+        ahead = first + int(start >= time[first])
+        time, depth = np.append(start, time[ahead:]), np.append(near, depth[ahead:])
+    return PiecewiseLinearProtocol((time - time[0]) / setup.time_scale, depth), float(path.time[0] + time[0])
 
-    def setup_of(self, values: Values, setup: Setup) -> Setup:
-        """See `Model.setup_of`; a solid with a retardation time is a standard linear one, but a known series stays."""
-        if isinstance(setup.material, PronySeries):
-            values = {name: value for name, value in values.items() if name not in MEMORY}
-        elif "retardation_time" in values and isinstance(setup.material, Elastic):
-            ratio, time = values["modulus_ratio"], values["retardation_time"]
-            setup = setup.replaced(material=StandardLinearSolid(modulus_ratio=ratio), retardation_time=time)
-        return super().setup_of(values, setup)
 
-    def protocol(self, setup: Setup, path: Path, contact_point: float) -> tuple[PiecewiseLinearProtocol, float]:
-        """The path in the units of a setup, and the instant, in s, at which it begins.
+def tension(
+    values: Values,
+    path: Path,
+    accuracy: str | float = "draft",
+    jumps: Sequence[Jump] = (),
+    budget: list[float] | None = None,
+) -> FloatArray:
+    """See `Model.tension`; after it, for a measured jump out of contact, how late the model's is.
 
-        The approach from far away is left out; there the force is that of rigid surfaces.
-        """
-        time, place = path.lines
-        # A model that lets go after the end of the measurement is late too.
-        further = 1.0 + _FURTHER * (time[-1] - time[0]) / (time[-1] - time[-2])
-        time, place = (np.append(each[:-1], each[-2] + further * (each[-1] - each[-2])) for each in (time, place))
-        depth = (place - contact_point) / setup.indentation_scale
-        near = _FAR * default_start_indentation(setup.tabor)
-        inside = np.flatnonzero(depth > near)
-        first = int(inside[0]) if inside.size else 0
-        if first > 0:
-            start = float(np.interp(near, depth[first - 1 : first + 1], time[first - 1 : first + 1]))
-            ahead = first + int(start >= time[first])
-            time, depth = np.append(start, time[ahead:]), np.append(near, depth[ahead:])
-        return PiecewiseLinearProtocol((time - time[0]) / setup.time_scale, depth), float(path.time[0] + time[0])
+    Args:
+        values, path: as there.
+        accuracy: as for `bem.simulate`.
+        jumps: of the measured force.
+        budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: no bound.
 
-    def tension(
-        self,
-        values: Values,
-        path: Path,
-        accuracy: str | float = "draft",
-        jumps: Sequence[Jump] = (),
-        budget: list[float] | None = None,
-    ) -> FloatArray:
-        """See `Model.tension`; after it, for a measured jump out of contact, how late the model's is.
+    Returns:
+        tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
+        (1,) with a jump out of contact and (0,) without.
 
-        Args:
-            values, path: as there.
-            accuracy: as for `bem.simulate`.
-            jumps: of the measured force.
-            budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: no bound.
+    Raises:
+        NoContactError: the solver does not complete the contact, or the budget is spent.
+    """
+    from bem.solver.simulation import simulate
 
-        Returns:
-            tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
-            (1,) with a jump out of contact and (0,) without.
-
-        Raises:
-            NoContactError: the solver does not complete the contact, or the budget is spent.
-        """
-        from bem.solver.simulation import simulate
-
-        if budget is not None and budget[0] < 0.0:
-            raise NoContactError("its search took too long")
-        try:
-            setup = self.setup_of(values, path.setup)
-            protocol, begin = self.protocol(setup, path, values["contact_point"])
-        except ValueError as error:  # a search wanders beyond what the solver takes
-            raise NoContactError(str(error)) from error
-        trajectory = simulate(setup.scene(), protocol, accuracy)
-        if budget is not None:
-            budget[0] -= trajectory.stats.multiply_adds
-        if not trajectory.completed:
-            raise NoContactError(str(trajectory.status))
-        instants = (path.time - begin) / setup.time_scale
-        gone, late = np.zeros(instants.size, dtype=bool), np.zeros(0)
-        travel = float(np.sum(np.abs(np.diff(path.place)))) / float(np.ptp(path.time))
-        unsure = np.hypot(float(np.median(np.diff(path.time))), _SCATTER * setup.adhesion_length / travel)
-        for jump in jumps:
-            meant = (jump.time - begin) / setup.time_scale
-            late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, meant) - meant
-            if abs(late_by) < _NEAR * trajectory.time[-1]:
-                gone |= (instants - meant) * (instants - meant - late_by) < 0.0
-            if jump.out:
-                away = (late_by if np.isfinite(late_by) else trajectory.time[-1]) * setup.time_scale / unsure
-                late = np.array([_SATURATES * np.arcsinh(away / _SATURATES)])
-        force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
-        apart = (path.place - values["contact_point"]) / setup.indentation_scale
-        far = rigid_force_from_indentation(np.minimum(apart, 0.0))
-        tension = setup.force_scale * np.where(instants >= 0.0, force, far)
-        tension[gone] = np.nan
-        return np.append(tension, late)
+    if budget is not None and budget[0] < 0.0:
+        raise NoContactError("its search took too long")
+    try:
+        setup = setup_of(values, path.setup)
+        protocol, begin = protocol_of(setup, path, values["contact_point"])
+    except ValueError as error:  # a search wanders beyond what the solver takes
+        raise NoContactError(str(error)) from error
+    trajectory = simulate(setup.scene(), protocol, accuracy)
+    if budget is not None:
+        budget[0] -= trajectory.stats.multiply_adds
+    if not trajectory.completed:
+        raise NoContactError(str(trajectory.status))
+    instants = (path.time - begin) / setup.time_scale
+    gone, late = np.zeros(instants.size, dtype=bool), np.zeros(0)
+    travel = float(np.sum(np.abs(np.diff(path.place)))) / float(np.ptp(path.time))
+    unsure = np.hypot(float(np.median(np.diff(path.time))), _SCATTER * setup.adhesion_length / travel)
+    for jump in jumps:
+        meant = (jump.time - begin) / setup.time_scale
+        late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, meant) - meant
+        if abs(late_by) < _NEAR * trajectory.time[-1]:
+            gone |= (instants - meant) * (instants - meant - late_by) < 0.0
+        if jump.out:
+            away = (late_by if np.isfinite(late_by) else trajectory.time[-1]) * setup.time_scale / unsure
+            late = np.array([_SATURATES * np.arcsinh(away / _SATURATES)])
+    force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
+    apart = (path.place - values["contact_point"]) / setup.indentation_scale
+    far = rigid_force_from_indentation(np.minimum(apart, 0.0))
+    found = setup.force_scale * np.where(instants >= 0.0, force, far)
+    found[gone] = np.nan
+    return np.append(found, late)
 
 
 def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) -> float:
@@ -136,8 +118,10 @@ def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) ->
     return float(instants[np.argmin(np.abs(instants - meant))])
 
 
-MODEL = Simulated(
+MODEL = Model(
     "solver",
     "solver: viscoelastic sphere with adhesion, standard linear solid",
     (MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
+    tension,
+    0.02,
 )

@@ -14,8 +14,7 @@ al., Sci. Rep. 7 (2017) 1541.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import ClassVar
+from functools import partial
 
 import numpy as np
 from scipy.special import gamma
@@ -43,21 +42,13 @@ Relaxation = tuple[float, FloatArray, FloatArray]
 """Contact modulus after all relaxation (Pa), and the terms of E*(t) beside it: strengths (Pa) and times (s)."""
 
 
-@dataclass(frozen=True)
-class Relaxing(Model):
-    """A viscoelastic model without adhesion; `relaxation(values, path)` gives its terms."""
-
-    relaxation: Callable[[Values, Path], Relaxation]
-
-    difference: ClassVar[float] = 1e-3
-
-    def tension(self, values: Values, path: Path) -> FloatArray:
-        """See `Model.tension`."""
-        apart = path.place - values["contact_point"]
-        widest = np.sqrt(path.setup.radius * max(float(apart.max()), 1e-15))
-        profile = ((np.arange(_ELEMENTS) + 0.5) * widest / _ELEMENTS) ** 2 / path.setup.radius
-        relaxed, strengths, times = self.relaxation(values, path)
-        return -pressed(path.time, apart, profile, 2.0 * widest / _ELEMENTS, relaxed, strengths, times, path.compliance)
+def tension(relaxation: Callable[[Values, Path], Relaxation], values: Values, path: Path) -> FloatArray:
+    """See `Model.tension`, of the solid whose terms `relaxation` gives."""
+    apart = path.place - values["contact_point"]
+    widest = np.sqrt(path.setup.radius * max(float(apart.max()), 1e-15))
+    profile = ((np.arange(_ELEMENTS) + 0.5) * widest / _ELEMENTS) ** 2 / path.setup.radius
+    relaxed, strengths, times = relaxation(values, path)
+    return -pressed(path.time, apart, profile, 2.0 * widest / _ELEMENTS, relaxed, strengths, times, path.compliance)
 
 
 @kernel
@@ -148,8 +139,9 @@ def power_law(values: Values, path: Path) -> Relaxation:
     return 0.0, modulus / gamma(alpha) * strengths, 1.0 / rates
 
 
-_TITLE = "Ting: viscoelastic sphere without adhesion"
+_LINEAR = "Ting: viscoelastic sphere without adhesion, standard linear solid"
+_POWER = "Ting: viscoelastic sphere without adhesion, power law"
 MODELS = (
-    Relaxing("ting", f"{_TITLE}, standard linear solid", (MODULUS, RETARDATION_TIME, MODULUS_RATIO), one_time),
-    Relaxing("ting_power_law", f"{_TITLE}, power law", (MODULUS_AT_1S, EXPONENT), power_law),
+    Model("ting", _LINEAR, (MODULUS, RETARDATION_TIME, MODULUS_RATIO), partial(tension, one_time), 1e-3),
+    Model("ting_power_law", _POWER, (MODULUS_AT_1S, EXPONENT), partial(tension, power_law), 1e-3),
 )

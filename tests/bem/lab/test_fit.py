@@ -13,7 +13,7 @@ from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
 from bem.lab.fitting.curve_fit import windows_of_depth
 from bem.lab.fitting.measurement import hertz_line, measurement_of, prescribed_path
 from bem.lab.fitting.regression import Regression
-from bem.lab.models import LADDER, Path
+from bem.lab.models import CONTACT_POINT, LADDER, Path
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -98,6 +98,16 @@ def test_each_class_of_closed_forms_is_recognised(model):
             inside.append(low <= truth[name] <= high)
             assert abs(result.values[name] - truth[name]) < 2.0 * (high - low), (seed, name)
     assert np.mean(inside) >= 0.85
+
+
+def test_a_fit_gives_the_values_of_its_model_alone():
+    """First guesses for other models were among them, and Hertz's setup was viscoelastic."""
+    curve, setup, _ = CLASSES["hertz"](np.random.default_rng(0), noise=0.01)
+    result = fit(curve, setup)
+    assert result.setup == setup.replaced(relaxed_modulus=result.values["relaxed_modulus"])
+    for rung in result.ladder:
+        names = [each.name for each in (*LADDER[rung.model].parameters, CONTACT_POINT)]
+        assert list(rung.values) == [*names, "force_offset", "tilt", "drag"]
 
 
 def test_a_power_law_is_not_taken_for_adhesion():
@@ -254,6 +264,17 @@ def test_the_ends_of_a_valley_widen_intervals_and_never_narrow_them():
     low, high = dataclasses.replace(found, ends=(found.x - 1.0, found.x)).intervals()[0]["relaxed_modulus"]
     assert low == pytest.approx(found.values["relaxed_modulus"] / np.e)
     assert high == linear["relaxed_modulus"][1]
+
+
+def test_the_points_beside_the_ends_of_an_adhesive_contact_do_not_count():
+    curve, setup, _ = CLASSES["jkr"](np.random.default_rng(3), noise=0.01)
+    data = measurement_of(curve, setup)
+    start = hertz_line(data) | {"work_of_adhesion": 0.03}
+    problem = Regression(LADDER["jkr"], data, start, tuple(start))
+    problem.run(np.zeros(3))
+    ends = np.flatnonzero(np.diff(problem.inside))
+    assert ends.size == 2
+    assert not problem.weights[[ends, ends + 1]].any()
 
 
 def test_windows_that_only_pull_have_no_modulus():

@@ -5,7 +5,7 @@ import pytest
 
 from bem import Elastic, StandardLinearSolid
 from bem.lab import Setup
-from bem.lab.models import CONTACT_POINT, LADDER, Path
+from bem.lab.models import CONTACT_POINT, LADDER, Path, setup_of
 from bem.lab.models.model import straight_lines
 from bem.lab.models.ting import pressed
 from bem.reference_solutions import maugis_dugdale
@@ -127,6 +127,6 @@ def test_the_solver_is_the_simulation_that_made_the_curve():
 
 def test_a_setup_gets_the_solid_that_was_fitted():
     elastic = BEAD.replaced(material=Elastic(), retardation_time=None)
-    found = LADDER["solver"].setup_of(VALUES, elastic)
+    found = setup_of(VALUES, elastic)
     assert found.material == StandardLinearSolid(0.3)
-    assert LADDER["hertz"].setup_of({"relaxed_modulus": 1e3}, elastic).relaxed_modulus == 1e3
+    assert setup_of({"relaxed_modulus": 1e3}, elastic).relaxed_modulus == 1e3
