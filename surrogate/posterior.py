@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
-from scipy.stats import multivariate_t
+from scipy.stats import multivariate_normal, multivariate_t
 
 FREEDOM = 6.0
 """Degrees of freedom of a proposal, whose tails then are wider than those of a posterior near a Gaussian."""
@@ -33,6 +32,8 @@ STAGE = 4096
 LEAST = STAGE / 16
 """Effective number of samples that a stage needs before the next proposal is fitted to them."""
 MOST_STAGES = 20
+POWERS = 0.5 ** np.arange(50.0)
+"""Powers of the likelihood among which a stage takes the largest that it can."""
 BATCH = 1024
 """Curves that are computed at a time."""
 
@@ -56,24 +57,19 @@ class Likelihood:
     def __init__(self, measured: np.ndarray, noise: float, errors: np.ndarray | None = None) -> None:
         if not noise > 0.0:
             raise ValueError(f"noise must lie above 0; received {noise!r}")
-        covariance = noise**2 * np.eye(measured.size)
-        self.expected = measured
+        expected, covariance = measured, noise**2 * np.eye(measured.size)
         if errors is not None:
             errors = errors[np.all(np.isfinite(errors), axis=1)]
             if len(errors) < 2:
                 raise ValueError(f"errors must be known at two parameters at least; received {len(errors)}")
-            self.expected = measured - errors.mean(axis=0)
+            expected = measured - errors.mean(axis=0)
             # The mean of n errors is itself uncertain by one n-th of their covariance.
             covariance += (1.0 + 1.0 / len(errors)) * np.cov(errors, rowvar=False)
-        self._precision = cho_solve(cho_factor(covariance), np.eye(measured.size))
+        self._normal = multivariate_normal(expected, covariance)
 
     def __call__(self, curves: np.ndarray) -> np.ndarray:
         """Logarithm for predicted curves (n, m), shape (n,); minus infinity for a curve that is not finite."""
-        known = np.all(np.isfinite(curves), axis=1)
-        residual = curves[known] - self.expected
-        found = np.full(len(curves), -np.inf)
-        found[known] = -0.5 * np.einsum("ij,ij->i", residual @ self._precision, residual)
-        return found
+        return np.nan_to_num(np.atleast_1d(self._normal.logpdf(curves)), nan=-np.inf, neginf=-np.inf)
 
 
 @dataclass(frozen=True)
@@ -162,35 +158,21 @@ def search(model: Model, likelihood: Likelihood, prior: Prior, *, start: Any = N
     """Find a proposal that resembles the posterior.
 
     The first stage draws from `start`, by default the prior, each later one from the fit of the one before. A stage
-    raises the likelihood to the largest power up to 1 at which its samples are as good as `LEAST` of equal weight.
+    raises the likelihood to the largest of `POWERS` at which its samples are as good as `LEAST` of equal weight.
 
     Raises:
         RuntimeError: The power is below 1 after `MOST_STAGES`.
     """
-    sample, power = prior.draw(STAGE, seed, start), 0.0
-    for stage in range(1, MOST_STAGES + 1):
+    for stage in range(MOST_STAGES):
+        sample = prior.draw(STAGE, seed + stage, start)
         found = np.concatenate([likelihood(model(part)) for part in batches(sample.logarithms)])
-        power = _power(sample, found)
-        # Minus infinity times zero is no number.
-        fitted = sample.times(power * found if power > 0.0 else np.where(np.isfinite(found), 0.0, -np.inf))
+        power = next((one for one in POWERS if sample.times(one * found).effective >= LEAST), POWERS[-1])
+        start = sample.times(power * found).proposal()
         if power == 1.0:
-            return fitted.proposal()
-        sample = prior.draw(STAGE, seed + stage, fitted.proposal())
+            return start
     raise RuntimeError(
         f"the search did not reach the posterior in {MOST_STAGES} stages; the likelihood was raised to {power:.2g}"
     )
-
-
-def _power(sample: Sample, log_likelihood: np.ndarray) -> float:
-    """Largest power of the likelihood up to 1 at which the sample is as good as `LEAST` of equal weight."""
-    low, high = 0.0, 1.0
-    if sample.times(log_likelihood).effective >= LEAST:
-        return 1.0
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        enough = sample.times(middle * log_likelihood).effective >= LEAST
-        low, high = (middle, high) if enough else (low, middle)
-    return low
 
 
 def _student(centre: np.ndarray, shape: np.ndarray) -> Any:

@@ -31,6 +31,8 @@ POINTS = {
     for phase, bounds in zip(("loading", "dwell", "unloading"), zip(FEWEST, MOST, strict=True), strict=True)
 }
 """Smallest and largest number of points in each phase."""
+SHAPE = (*POINTS, "bend", "step_ratio")
+"""Quantities that tell whether a history has points like those of the training."""
 
 START_TOLERANCE = 0.03
 """Largest relative difference of start and end from -pi^(2/3) mu."""
@@ -178,24 +180,6 @@ def history_quantities(
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def has_measurement_steps(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None) -> bool:
-    """Return whether the points of one history are like the measurement steps of the training set.
-
-    The number of points in each phase, their spacing and the straightness of the ramps are checked.
-
-    Args:
-        times: Times of shape `(steps,)`.
-        indentations: Indentations of the same shape.
-        edge: Marks of the same shape, as for `history_quantities`.
-
-    Returns:
-        True if all of them are in the ranges of this module.
-    """
-    found = _history(times, indentations, edge)
-    shape = {name: np.array([found[name]]) for name in (*POINTS, "bend", "step_ratio")}
-    return not np.isnan(shape["dwell_points"]).any() and not excesses(shape, {})
 
 
 def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:

@@ -4,62 +4,61 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from surrogate.prediction.protocol_fit import NotOneCycleError, fit_protocol
+from surrogate.prediction.measured import NotOneCycleError, fit_protocol
 from tests.surrogate.prediction.predicting import FAST_WITHDRAWAL, history, unresolved
 
 QUANTITIES = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+WANTED = [getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES]
+START = FAST_WITHDRAWAL.start(1.0)
+
+
+def fitted(*history, names=QUANTITIES, **options):
+    """The path and the values of its quantities."""
+    found = fit_protocol(*history, **options)
+    return found, [found.summary()[name] for name in names]
 
 
 @pytest.mark.parametrize("points", [(1, 1, 1), (50, 20, 50), (3, 200, 1000), (2000, 7, 40)])
 @pytest.mark.parametrize("dwell_time", [0.0, 1e-3, 3.0])
 def test_a_history_without_noise_gives_its_protocol(points, dwell_time):
-    quantities = {name: getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES} | {"dwell_time": dwell_time}
+    quantities = dict(zip(QUANTITIES, WANTED, strict=True)) | {"dwell_time": dwell_time}
     times, indentations = history(LoadingProtocol(**quantities), points=points)
-    found = fit_protocol(times + 7.0, indentations)
+    found, values = fitted(times + 7.0, indentations)
     assert found.exact
-    assert [getattr(found, name) for name in QUANTITIES] == pytest.approx(list(quantities.values()), rel=1e-6, abs=1e-9)
+    assert values == pytest.approx(list(quantities.values()), rel=1e-6, abs=1e-9)
     assert found.corners[0] == 7.0
-    assert found.start_indentation == pytest.approx(found.end_indentation) == pytest.approx(FAST_WITHDRAWAL.start(1.0))
+    assert found.levels[[0, 3]] == pytest.approx(START)
 
 
-@pytest.mark.parametrize(
-    ("loading_rate", "dwell_time", "unloading_rate"),
-    [(14.4, 0.105, 0.463), (1.98, 0.0122, 0.131), (18.1, 0.00286, 2.09)],
-)
-def test_a_short_phase_between_unevenly_spread_points_is_found(loading_rate, dwell_time, unloading_rate):
-    quantities = {"loading_rate": loading_rate, "dwell_time": dwell_time, "unloading_rate": unloading_rate}
-    protocol = LoadingProtocol(peak_indentation=60.0, **quantities)
+@pytest.mark.parametrize("rates", [(14.4, 0.105, 0.463), (1.98, 0.0122, 0.131), (18.1, 0.00286, 2.09)])
+def test_a_short_phase_between_unevenly_spread_points_is_found(rates):
+    protocol = LoadingProtocol(**dict(zip(QUANTITIES, (60.0, *rates), strict=True)))
     times, _ = history(protocol, points=(50, 20, 50))
     times = np.unique(np.concatenate([times, np.random.default_rng(0).uniform(0.0, times[-1], 200)]))
-    found = fit_protocol(times, protocol.history(1.0).indentation_at(times))
+    found, values = fitted(times, protocol.history(1.0).indentation_at(times), names=QUANTITIES[1:])
     assert found.exact
-    assert {name: getattr(found, name) for name in quantities} == pytest.approx(quantities, rel=1e-4)
+    assert values == pytest.approx(rates, rel=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("noise", [1e-3, 1e-2])
 def test_noise_averages_out(noise, seed):
-    times, indentations = history(noise=noise, seed=seed)
-    found = fit_protocol(times, indentations, ends=FAST_WITHDRAWAL.start(1.0))
+    found, values = fitted(*history(noise=noise, seed=seed), ends=START)
     assert not found.exact
-    wanted = [getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES]
-    assert [getattr(found, name) for name in QUANTITIES] == pytest.approx(wanted, rel=2.0 * noise)
-    assert found.start_indentation == found.end_indentation == FAST_WITHDRAWAL.start(1.0)
+    assert values == pytest.approx(WANTED, rel=2.0 * noise)
+    assert found.levels[[0, 3]].tolist() == [START, START]
     assert found.residual == pytest.approx(noise * 20.0, rel=0.15)
-    assert f"{100.0 * found.residual / found.travel:.2g} % of its travel" in found.words()
+    assert f"{100.0 * found.residual / (found.levels[1] - START):.2g} % of its travel" in found.words()
 
 
 def test_evenly_sampled_in_time_with_corners_between_points():
     times = np.linspace(0.0, FAST_WITHDRAWAL.phase_times(1.0)[-1], 401)[:-1]
-    found = fit_protocol(times, FAST_WITHDRAWAL.history(1.0).indentation_at(times))
-    assert [found.loading_rate, found.dwell_time] == pytest.approx([10.0, 1.0], rel=1e-3)
-    assert found.unloading_rate == pytest.approx(100.0, rel=1e-2)
+    _, (_, *found) = fitted(times, FAST_WITHDRAWAL.history(1.0).indentation_at(times))
+    assert found == [pytest.approx(10.0, rel=1e-3), pytest.approx(1.0, rel=1e-3), pytest.approx(100.0, rel=1e-2)]
 
 
 def test_expected_ends_are_used_only_if_the_points_agree():
-    times, indentations = history(noise=1e-3)
-    found = fit_protocol(times, indentations, ends=-4.0)
-    assert found.start_indentation == pytest.approx(FAST_WITHDRAWAL.start(1.0), abs=0.02)
+    assert fit_protocol(*history(noise=1e-3), ends=-4.0).levels[0] == pytest.approx(START, abs=0.02)
 
 
 def test_marks_of_the_dwell_are_its_ends():
@@ -80,11 +79,11 @@ def test_corners_are_where_the_sampling_changes_unless_the_points_contradict():
     # The unloading is so slow that noise hides when it begins.
     slow = LoadingProtocol(peak_indentation=50.0, loading_rate=100.0, dwell_time=0.1, unloading_rate=0.1)
     times, indentations = history(slow, noise=1e-3)
-    assert fit_protocol(times, indentations).dwell_time == pytest.approx(0.1, rel=1e-9)
+    assert fitted(times, indentations)[1][2] == pytest.approx(0.1, rel=1e-9)
     # Here it changes before the peak is reached.
     uneven = np.concatenate([times[:100], np.linspace(times[100], times[240], 40, endpoint=False), times[240:]])
     noisy = slow.history(1.0).indentation_at(uneven) + 0.05 * np.random.default_rng(0).normal(size=uneven.shape)
-    assert fit_protocol(uneven, noisy).loading_rate == pytest.approx(100.0, rel=0.01)
+    assert fitted(uneven, noisy)[1][1] == pytest.approx(100.0, rel=0.01)
 
 
 TIMES = np.linspace(0.0, 4.0, 400)
@@ -111,50 +110,26 @@ def test_histories_that_are_not_one_cycle(indentations):
 
 
 def test_a_long_history_is_fitted():
-    times, indentations = history(points=(30_000, 500, 15_000), noise=1e-2)
-    found = fit_protocol(times, indentations, ends=FAST_WITHDRAWAL.start(1.0))
-    assert [getattr(found, name) for name in QUANTITIES] == pytest.approx(
-        [getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES], rel=1e-3
-    )
-
-
-def test_measurement_steps_are_those_of_the_protocol():
-    from bem.dataset.measurement_steps import measurement_grid
-
-    quantities = {name: getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES}
-    times, indentations = measurement_grid(tabor=1.0, **quantities)
-    found = fit_protocol(*history(points=(7, 5, 9))).measurement_steps()
-    np.testing.assert_allclose(found, [times[0], indentations[0]], rtol=1e-9, atol=1e-9)
+    _, found = fitted(*history(points=(30_000, 500, 15_000), noise=1e-2), ends=START)
+    assert found == pytest.approx(WANTED, rel=1e-3)
 
 
 def test_a_longer_dwell_grows_around_its_middle():
-    found = fit_protocol(*history(points=(50, 20, 50)))
+    found, (_, _, dwell_time, _) = fitted(*history(points=(50, 20, 50)))
     begin, first, second, end = found.corners
-    longer = found.with_dwell(found.dwell_time + 0.02)
-    np.testing.assert_allclose(longer.corners, [begin, first - 0.01, second + 0.01, end])
+    np.testing.assert_allclose(found.with_dwell(dwell_time + 0.02).corners, [begin, first - 0.01, second + 0.01, end])
     # At most a tenth of each ramp is given up.
-    most = found.with_dwell(1e6)
     expected = [begin, first - 0.1 * (first - begin), second + 0.1 * (end - second), end]
-    np.testing.assert_allclose(most.corners, expected)
+    np.testing.assert_allclose(found.with_dwell(1e6).corners, expected)
 
 
-@pytest.mark.parametrize(("bulge", "refused"), [(0.01, False), (0.1, True)])
-def test_a_bent_ramp_is_another_path(bulge, refused):
-    times, indentations = history()
+@pytest.mark.parametrize(("bulge", "noise", "refused"), [(0.01, 0, 0), (0.1, 0, 1), (0, 0.03, 0), (0, 0.08, 1)])
+def test_a_bent_ramp_is_another_path_and_noise_may_not_hide_the_path(bulge, noise, refused):
+    times, indentations = history(noise=noise)
     loading = times < times[160]
     indentations[loading] += bulge * np.ptp(indentations) * np.sin(np.pi * times[loading] / times[160])
     if refused:
-        with pytest.raises(NotOneCycleError, match="from the nearest such path"):
+        with pytest.raises(NotOneCycleError, match="Expected one cycle of.*from the nearest such path"):
             fit_protocol(times, indentations)
     else:
-        assert fit_protocol(times, indentations).peak_indentation == pytest.approx(20.0, rel=0.02)
-
-
-@pytest.mark.parametrize(("noise", "refused"), [(0.03, False), (0.08, True)])
-def test_noise_may_not_hide_the_path(noise, refused):
-    times, indentations = history(noise=noise)
-    if refused:
-        with pytest.raises(NotOneCycleError, match="Expected one cycle of"):
-            fit_protocol(times, indentations)
-    else:
-        assert fit_protocol(times, indentations).peak_indentation == pytest.approx(20.0, rel=0.02)
+        assert fitted(times, indentations)[1][0] == pytest.approx(20.0, rel=0.02)
