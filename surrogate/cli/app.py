@@ -117,7 +117,7 @@ def train(
         typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
         return
     import_keras()
-    from surrogate.training.run_folder import reporter
+    from surrogate.training.run_folder import print_epoch
     from surrogate.training.runs import Run, execute, publish
 
     run = Run(
@@ -130,15 +130,14 @@ def train(
         label=label or "",
         epochs_given=chosen.epochs != own.epochs,
     )
-    with reporter(run.name) as report:
-        progress = execute(
-            run,
-            runs / run.name,
-            should_stop=StopRequest(runs),
-            report=report,
-            log=typer.echo,
-            command=shlex.join(["surrogate", *sys.argv[1:]]),
-        )
+    progress = execute(
+        run,
+        runs / run.name,
+        should_stop=StopRequest(runs),
+        report=print_epoch,
+        log=typer.echo,
+        command=shlex.join(["surrogate", *sys.argv[1:]]),
+    )
     if not progress.finished:
         typer.echo(f"{run.name}: stopped after epoch {progress.epoch}; the same command resumes it")
         raise typer.Exit(STOPPED)

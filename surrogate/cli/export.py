@@ -66,11 +66,12 @@ def _exported(folder: Path, *, fresh: bool) -> bytes:
     """Return the ONNX file of a model directory; the present one, which takes no Keras, if it belongs to the others."""
     import surrogate
     from surrogate.prediction.loading import load_banded
-    from surrogate.training.exporting import banded_content, folder_content
+    from surrogate.training.exporting import folder_content
 
     if folder.name in BANDED:
-        return banded_content(load_banded(folder))
+        from surrogate.prediction.bands_graph import banded_content
 
+        return banded_content(load_banded(folder))
     if not fresh:
         try:
             return surrogate.load(folder).network.content()

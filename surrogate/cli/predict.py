@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from surrogate.cli.answer import USUAL_MODULUS_RATIO, Answer, asked_protocols, readable
+from surrogate.cli.answer import USUAL_MODULUS_RATIO, Answer, readable
+
+if TYPE_CHECKING:
+    from bem.scene import Scene
+    from surrogate.cli.predict_io import Table
+    from surrogate.prediction.predictor import Surrogate
 
 RATIO = "modulus_ratio"
 
@@ -68,26 +75,20 @@ def predict(
     """
     import surrogate
     from bem._support.outputs import IMAGES, Outputs, require_suffix
-    from bem.dataset.designs import QUANTITIES
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions
-    from surrogate.cli.predict_io import read_table, to_json, write_protocols, write_trajectories
+    from surrogate.cli.predict_io import to_json, write_protocols, write_trajectories
     from surrogate.prediction.validity import advice
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
-    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
-    options = dict(zip(QUANTITIES, given, strict=True))
-    table = read_table(source) if source is not None else None
+    table = _asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
         _require_no_more(model, table, modulus_ratio, coverage)
-        whole = table is not None and table.is_history
-        if whole:
-            answers = [_predict_along(model, table, options, modulus_ratio, check=check)]
-        else:
-            answers = _predict_protocols(model, table, options, modulus_ratio, coverage, check=check)
+        ratio = _solver_material(model, modulus_ratio, check=check)
+        answers = _along(model, table, ratio) if table.is_history else _of_protocols(model, table, ratio, coverage)
         quiet = out is not None and len(answers) > 1
         outside = [(number, words) for number, one in enumerate(answers) for words in one.found.extrapolated]
         beyond = len({number for number, _ in outside})
@@ -99,7 +100,7 @@ def predict(
             one.compare(model.modulus_ratio)
         if out is not None:
             with outputs.write(out) as part:
-                if table is None or whole or steps or out.suffix == ".json":
+                if source is None or table.is_history or steps or out.suffix == ".json":
                     write_trajectories(part, answers)
                 else:
                     write_protocols(part, table.columns, answers)
@@ -120,14 +121,45 @@ def predict(
             typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
 
 
-def _require_no_more(model: Any, table: Any, modulus_ratio: float | None, coverage: float | None) -> None:
+def _asked(source: Path | None, options: Sequence[float | None]) -> Table:
+    """Return the protocols of a file or of the options, or the history of a file with its Tabor parameter.
+
+    Raises:
+        ValueError: both or neither are given, or two Tabor parameters, or none for a history.
+    """
+    import numpy as np
+
+    from bem.dataset.designs import QUANTITIES
+    from surrogate.cli.predict_io import Table, read_table
+
+    given = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
+    flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
+    if source is None:
+        if missing := [flags[name] for name in QUANTITIES if name not in given]:
+            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
+        return Table(Path(), {name: np.array([value]) for name, value in given.items()})
+    table = read_table(source)
+    tabor = given.pop("tabor", None) if table.is_history else None
+    if given:
+        both = ", ".join([f"--in {source}", *(flags[name] for name in given)])
+        raise ValueError(f"Expected a history or protocols from --in FILE, or options, not both. Received: {both}")
+    if not table.is_history:
+        return table
+    if tabor is None and table.tabor is None:
+        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
+    if tabor is not None and table.tabor not in (None, tabor):
+        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {tabor!r}")
+    return replace(table, tabor=table.tabor if tabor is None else tabor)
+
+
+def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None, coverage: float | None) -> None:
     """Check that nothing was given that the model does not take, and nothing twice.
 
     Raises:
         ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or a coverage of
             bands that the model has not.
     """
-    column = table is not None and not table.is_history and RATIO in table.columns
+    column = RATIO in table.columns
     if column and model.bands is None:
         raise ValueError(
             f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
@@ -145,24 +177,12 @@ def _require_no_more(model: Any, table: Any, modulus_ratio: float | None, covera
         )
 
 
-def _predict_protocols(
-    model: Any,
-    table: Any,
-    options: dict[str, float | None],
-    modulus_ratio: float | None,
-    coverage: float | None,
-    *,
-    check: bool,
-) -> list[Answer]:
-    """Predict protocols of the options or of a file."""
+def _of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
+    """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
     from surrogate.prediction.validity import ExtrapolationWarning
 
-    protocols, tabor = asked_protocols(table, options)
-    if table is not None and RATIO in table.columns:
-        ratios = table.columns[RATIO].tolist()
-    else:
-        ratios = [_solver_material(model, modulus_ratio, check=check)] * len(protocols)
-    scenes = [_scene(mu, ratio) for mu, ratio in zip(tabor, ratios, strict=True)]
+    protocols, tabor = table.protocols(), table.columns["tabor"]
+    scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(RATIO, [ratio] * len(tabor)), strict=True)]
     known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
@@ -170,15 +190,12 @@ def _predict_protocols(
     return [Answer(*one) for one in zip(scenes, protocols, found, found, strict=True)]
 
 
-def _predict_along(
-    model: Any, table: Any, options: dict[str, float | None], modulus_ratio: float | None, *, check: bool
-) -> Answer:
+def _along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
     """Predict along the history of a file."""
     from surrogate.prediction.measured import predict_measured
 
-    ratio, mu = _solver_material(model, modulus_ratio, check=check), _tabor(table, options)
     columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
-    known = _scene(mu, ratio if model.modulus_ratio is None else model.modulus_ratio)
+    known = _scene(table.tabor, ratio if model.modulus_ratio is None else model.modulus_ratio)
     along = predict_measured(model, *columns[:2], known, edge=columns[2])
     if along.unlike:
         typer.echo(
@@ -187,29 +204,16 @@ def _predict_along(
             "in a column edge, and compare with the solver (--check)",
             err=True,
         )
-    return Answer(_scene(mu, ratio), along.protocol if check else None, along.trajectory, along)
+    return [Answer(_scene(table.tabor, ratio), along.protocol, along.trajectory, along)]
 
 
-def _scene(tabor: float, modulus_ratio: float) -> Any:
+def _scene(tabor: float, modulus_ratio: float) -> Scene:
     from bem import Scene, StandardLinearSolid
 
-    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=modulus_ratio))
+    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
 
 
-def _tabor(table: Any, options: dict[str, float | None]) -> float:
-    """Return the Tabor parameter of a history, from the file or from `--tabor`."""
-    given = options["tabor"]
-    unwanted = [key for key, value in options.items() if key != "tabor" and value is not None]
-    if unwanted:
-        raise ValueError(f"Expected --tabor, and no protocol, with a history. Received: {', '.join(unwanted)}")
-    if given is None and table.tabor is None:
-        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
-    if given is not None and table.tabor not in (None, given):
-        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {given!r}")
-    return table.tabor if given is None else given
-
-
-def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
+def _solver_material(model: Surrogate, asked: float | None, *, check: bool) -> float:
     """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set."""
     known = model.modulus_ratio
     if asked is None:

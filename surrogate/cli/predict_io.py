@@ -33,6 +33,8 @@ import numpy as np
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
 from surrogate.cli.answer import Answer
 
 HISTORY_COLUMNS = ("time", "indentation")
@@ -52,7 +54,7 @@ class Table:
     """Content of an input file: columns of equal length, by name.
 
     Args:
-        path: The file.
+        path: The file; that of a protocol from options has no name.
         columns: Arrays of numbers of shape `(rows,)`, or lists of unconverted cells while the file is read.
         lines: Line number of each row in a CSV file.
         tabor: The Tabor parameter of a history, if the file has it.
@@ -72,6 +74,23 @@ class Table:
         """Return the position of a row, counted from zero, as text for a message."""
         line = f" (line {self.lines[row]})" if self.lines else ""
         return f"in row {row + 1}{line} of {self.path}"
+
+    def protocols(self) -> list[LoadingProtocol]:
+        """Return the protocols in the rows.
+
+        Raises:
+            ValueError: one is not valid; the message says where, if this is a file.
+        """
+        found = []
+        for number, row in enumerate(zip(*(self.columns[name].tolist() for name in QUANTITIES), strict=True)):
+            try:
+                tabor = Scene(row[0]).tabor
+                found.append(LoadingProtocol(**dict(zip(QUANTITIES[1:], row[1:], strict=True))))
+                found[-1].history(tabor)
+            except ValueError as error:
+                # The sentence ends with what was received.
+                raise ValueError(f"{error} {self.where(number)}" if self.path.name else str(error)) from error
+        return found
 
     def require(self, what: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
         """Raise a `ValueError` about the first row that is wrong, if one is."""

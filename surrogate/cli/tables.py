@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
@@ -59,12 +61,10 @@ def installed() -> str:
     onnx, keras, backend = _version("onnxruntime"), _version("keras"), _keras_backend()
     below = None if backend == "numpy" else _version(backend)
     advice = "install them with `pip install 'contact-trajectories[train]'`"
-    if keras is None:
-        trains = f"nothing, because Keras and its backend are not installed; {advice}"
-    elif below is None:
-        trains = f"nothing, because {backend}, the backend of keras {keras}, is not installed; {advice}"
-    else:
-        trains = f"keras {keras} on {backend} {below}"
+    trains = f"keras {keras} on {backend} {below}"
+    if below is None or keras is None:
+        missing = f"{backend}, the backend of keras {keras}, is" if keras else "Keras and its backend are"
+        trains = f"nothing, because {missing} not installed; {advice}"
     predicts = f"onnxruntime {onnx}" if onnx else "nothing, because onnxruntime is not installed"
     return f"Predicts here: {predicts}\nTrains here: {trains}"
 
@@ -96,21 +96,18 @@ def _published(path: Path) -> tuple[str, ...]:
 
 def _other_forces(root: Path) -> list[str]:
     """Return the models that `model_forces.json` lists as trained on other forces than those of the data set."""
-    try:
-        return list(read_json(root.parent / "model_forces.json")["others"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
+    return _read(root.parent / "model_forces.json", lambda content: list(content["others"]), [])
 
 
 def _training(folder: Path) -> str:
     """Return how a model was trained, as text; `""` if its `run.json` does not say."""
-    try:
-        run = read_json(folder / "run.json")
-        words = [] if run["architecture"] == folder.name else [str(run["architecture"])]
-        words += [f"inputs {run['features']}"] if run["features"] != "D" else []
-        return ", ".join([*words, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
+
+    def words(run: dict[str, Any]) -> str:
+        found = [] if run["architecture"] == folder.name else [str(run["architecture"])]
+        found += [f"inputs {run['features']}"] if run["features"] != "D" else []
+        return ", ".join([*found, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
+
+    return _read(folder / "run.json", words, "")
 
 
 def _size(name: str) -> str:
@@ -125,12 +122,9 @@ def _size(name: str) -> str:
 def _version(package: str) -> str | None:
     if importlib.util.find_spec(package) is None:
         return None
-    distributions: Iterable[str] = {"tensorflow": ("tensorflow", "tensorflow-cpu")}.get(package, (package,))
-    for distribution in distributions:
-        try:
+    for distribution in (package, f"{package}-cpu"):
+        with suppress(PackageNotFoundError):
             return version(distribution)
-        except PackageNotFoundError:
-            continue
     return "of unknown version"
 
 
@@ -138,8 +132,13 @@ def _keras_backend() -> str:
     """Return the backend that Keras would use, from its environment variable or its configuration file."""
     if chosen := os.environ.get("KERAS_BACKEND"):
         return chosen
+    home = Path(os.environ.get("KERAS_HOME") or "~/.keras")
+    return str(_read(home / "keras.json", lambda content: content["backend"], "tensorflow"))
+
+
+def _read(path: Path, take: Callable[[Any], Any], default: Any) -> Any:
+    """Return what is taken from a JSON file, or a default where the file does not have it."""
     try:
-        home = Path(os.environ.get("KERAS_HOME") or Path.home() / ".keras")
-        return str(read_json(home / "keras.json")["backend"])
+        return take(read_json(path.expanduser()))
     except (OSError, ValueError, KeyError, TypeError, RuntimeError):
-        return "tensorflow"
+        return default

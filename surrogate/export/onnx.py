@@ -19,18 +19,17 @@ measurement steps of `bem.dataset.physical_steps`. It has more outputs, results 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import onnx
-from onnx import TensorProto, numpy_helper
+from onnx import TensorProto
 
 from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO, scaled_channels
 from surrogate.export.keras_layers import add_network
-from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, PRETRAINED_FORMAT, checked_model, sealed
+from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_model, sealed
 from surrogate.export.onnx_graph import OnnxGraph, Value
 
 if TYPE_CHECKING:
@@ -70,13 +69,13 @@ def file_content(
     sequence = scaled_channels(graph, scaling)
     mean, deviation = scaling.tabor
     tabor = ((graph.symlog(graph.named("tabor")) - mean) / deviation).cast(TensorProto.FLOAT)
-    _unscaled(graph, add_network(graph, model, sequence, tabor.expand(1)).squeeze(2), scaling)
+    unscaled(graph, add_network(graph, model, sequence, tabor.expand(1)).squeeze(2), scaling)
     more = {
         "architecture": architecture,
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-    return _complete(graph, HISTORY, {"force": MATRIX}, ONNX_FORMAT, name, scaling, more)
+    return complete(graph, HISTORY, {"force": MATRIX}, ONNX_FORMAT, name, scaling, more)
 
 
 def network_content(model: keras.Model, features: str, name: str) -> bytes:
@@ -101,42 +100,7 @@ def network_content(model: keras.Model, features: str, name: str) -> bytes:
     return made.SerializeToString(deterministic=True)
 
 
-def banded_file(
-    network: bytes,
-    scaling: Scaling,
-    *,
-    name: str,
-    counts: Sequence[int],
-    coverage: float,
-    add_bands: Callable[[OnnxGraph, Value], Mapping[str, list[Any]]],
-) -> bytes:
-    """Return the ONNX file of a model with bands, with features, scaling and bands around its network.
-
-    Args:
-        network: File of `network_content`.
-        scaling: Scaling of the inputs F and of the force.
-        name: Name of the model.
-        counts: Points of loading, dwell and unloading.
-        coverage: Share of true values that intervals and bands are to contain.
-        add_bands: Adds the outputs beside the force, from the scaled force, and returns their shapes by name.
-
-    Returns:
-        The bytes, with the metadata and the checksum.
-    """
-    inner = onnx.compose.add_prefix_graph(onnx.load_model_from_string(network).graph, "network/")
-    graph, steps = OnnxGraph(), ["batch", sum(counts)]
-    channels = scaled_channels(graph, scaling, with_tabor=True)
-    graph.add("Transpose", channels, perm=[1, 0, 2], output="network/inputs")
-    graph.nodes.extend(inner.node)
-    graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
-    scaled = _unscaled(graph, graph.named("network/force").turned(1, 0), scaling)
-    outputs = {"force": steps} | add_bands(graph, scaled)
-    inputs = {key: steps if shape == MATRIX else shape for key, shape in HISTORY.items()}
-    more = {"counts": json.dumps([int(count) for count in counts]), "coverage": str(coverage)}
-    return _complete(graph, inputs | {RATIO: ["batch"]}, outputs, PRETRAINED_FORMAT, name, scaling, more)
-
-
-def _unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:
+def unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:
     """Add the output `force` from the scaled force, float32, and return that as float64."""
     mean, deviation = scaling.force
     scaled = scaled.cast(TensorProto.DOUBLE)
@@ -144,7 +108,7 @@ def _unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:
     return scaled
 
 
-def _complete(
+def complete(
     graph: OnnxGraph,
     inputs: Mapping[str, list[Any]],
     outputs: Mapping[str, list[Any]],

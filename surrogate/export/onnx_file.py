@@ -26,7 +26,7 @@ ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
 ONNX_NAME = "model.onnx"
 PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
-"""Format of the files of `surrogate.export.onnx.banded_file`, which other programs run."""
+"""Format of the files of `surrogate.prediction.bands_graph.banded_content`, which other programs run."""
 
 BESIDE = {
     "weights_sha256": "model.weights.h5",

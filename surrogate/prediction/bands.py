@@ -117,17 +117,20 @@ class Bands:
 
         The arguments are those of `calibrate`.
         """
-        terms, own = _placed(known, self.ranges)
-        sizes = terms @ self.coefficients.T
-        groups = [np.searchsorted(*one) for one in zip(self.edges, sizes.T, strict=True)]
-        judged = force_errors / self.shape[groups[len(RESULTS)]]
-        quantiles = self.quantiles.copy()
+        sizes, shape, cells = self._expected(known)
+        judged, quantiles = force_errors / shape, self.quantiles.copy()
         for row, error in enumerate([*errors, judged, judged.max(axis=1)]):
-            cell = np.where(own >= 0, own, CORNERS + groups[row])
-            ratio = (error.T / np.exp(sizes[:, row])).T
-            for one in np.unique(cell):
-                quantiles[row, one] = _quantiles(ratio[cell == one])
+            ratio = (error.T / sizes[row]).T
+            for one in np.unique(cells[row]):
+                quantiles[row, one] = _quantiles(ratio[cells[row] == one])
         return replace(self, quantiles=quantiles)
+
+    def _expected(self, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Expected errors (5, batch), errors of the force over them (batch, steps), and numbers of cells (5, batch)."""
+        terms, own = _placed(known, self.ranges)
+        sizes = self.coefficients @ terms.T
+        groups = (sizes > self.edges.T[:, :, np.newaxis]).sum(axis=0)
+        return np.exp(sizes), self.shape[groups[len(RESULTS)]], np.where(own >= 0, own, CORNERS + groups)
 
     def widths(self, known: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
         """Return half-widths by name.
@@ -139,9 +142,9 @@ class Bands:
         Returns:
             Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
         """
-        table = self.quantiles_at(coverage)
-        half, group = _half_widths(*_placed(known, self.ranges), self.coefficients, self.edges, table)
-        found, shape = dict(zip((*RESULTS, *BANDS), half, strict=True)), self.shape[group[len(RESULTS)]]
+        sizes, shape, cells = self._expected(known)
+        half = sizes * np.take_along_axis(self.quantiles_at(coverage), cells, axis=1)
+        found = dict(zip((*RESULTS, *BANDS), half, strict=True))
         return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
 
     def quantiles_at(self, coverage: float) -> np.ndarray:
@@ -276,23 +279,6 @@ def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarr
             for factor in FACTORS[:, term]:
                 terms[row, term] *= places[factor]
     return terms, own
-
-
-@kernel
-def _half_widths(
-    terms: np.ndarray, own: np.ndarray, coefficients: np.ndarray, edges: np.ndarray, table: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Half-widths by a `table` of quantiles (5, cells), and groups of the expected errors, each of shape (5, batch)."""
-    half, group = np.empty((len(edges), len(terms))), np.empty((len(edges), len(terms)), np.int64)
-    for row in range(len(terms)):
-        for kind in range(len(edges)):
-            size = 0.0
-            for term in range(terms.shape[1]):
-                size += terms[row, term] * coefficients[kind, term]
-            group[kind, row] = np.searchsorted(edges[kind], size)
-            cell = own[row] if own[row] >= 0 else CORNERS + group[kind, row]
-            half[kind, row] = math.exp(size) * table[kind, cell]
-    return half, group
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:

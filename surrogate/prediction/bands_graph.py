@@ -6,22 +6,50 @@ the time, and have the names of `PredictedTrajectory`. Protocols are read off th
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
 import numpy as np
-from onnx import TensorProto
+import onnx
+from onnx import TensorProto, numpy_helper
 
 from bem.dataset.designs import OUTERMOST
 from bem.protocol import default_start_indentation
 from surrogate.data.scaling import Scaling
-from surrogate.export.channels import RATIO
+from surrogate.export.channels import RATIO, scaled_channels
+from surrogate.export.onnx import HISTORY, MATRIX, complete, unscaled
+from surrogate.export.onnx_file import PRETRAINED_FORMAT
 from surrogate.export.onnx_graph import OnnxGraph, Value
 from surrogate.prediction.bands import BANDS, CORNERS, FACTORS, GROUPS, KNOWN, LEAST, NEARLY_ELASTIC, RESULTS, Bands
+from surrogate.prediction.predictor import Surrogate
 from surrogate.prediction.validity import RANGE_TOLERANCE, START_TOLERANCE
 
 COVERAGE = 0.9
 """Share of true values that intervals and bands of a graph are to contain."""
 _BOTH = np.array([[-1.0, 1.0]])
+
+
+def banded_content(model: Surrogate) -> bytes:
+    """Return one ONNX file of a model with bands: features, scaling and bands around its network; without Keras.
+
+    `surrogate.export.onnx` describes the file.
+
+    Raises:
+        ValueError: the model has no bands.
+    """
+    if model.bands is None:
+        raise ValueError(f"Expected a model with bands, fast or accurate. Received: {model.name}")
+    network = onnx.load_model_from_string(model.network.content()).graph
+    inner, graph, steps = onnx.compose.add_prefix_graph(network, "network/"), OnnxGraph(), ["batch", sum(model.counts)]
+    channels = scaled_channels(graph, model.scaling, with_tabor=True)
+    graph.add("Transpose", channels, perm=[1, 0, 2], output="network/inputs")
+    graph.nodes.extend(inner.node)
+    graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
+    scaled = unscaled(graph, graph.named("network/force").turned(1, 0), model.scaling)
+    outputs = {"force": steps} | add_bands(graph, scaled, model.bands, model.scaling, model.counts)
+    inputs = {key: steps if shape == MATRIX else shape for key, shape in HISTORY.items()} | {RATIO: ["batch"]}
+    more = {"counts": json.dumps(model.counts), "coverage": str(COVERAGE)}
+    return complete(graph, inputs, outputs, PRETRAINED_FORMAT, model.name, model.scaling, more)
 
 
 def add_bands(
@@ -127,7 +155,7 @@ def _protocol(graph: OnnxGraph, instants: Value, levels: Value) -> list[Value]:
 
 
 def _half_widths(graph: OnnxGraph, known: Value, bands: Bands) -> tuple[Value, Value]:
-    """Half-widths of `RESULTS` and `BANDS`, and their groups, each (batch, 5), as of `bands._half_widths`."""
+    """Half-widths of `RESULTS` and `BANDS`, and their groups, each (batch, 5), as of `Bands.widths`."""
     low, high = np.log(bands.ranges).T
     logarithms = graph.add("Log", graph.add("Max", known, LEAST))
     quantities = logarithms.columns(0, len(KNOWN))

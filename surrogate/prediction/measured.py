@@ -1,11 +1,12 @@
 """Prediction of the force along a measured, noisy indentation history.
 
-The paper's models were trained on 50 points of loading, 20 of dwell and 50 of unloading, without noise. To a history with
-other points, a protocol is fitted by least squares: straight from the first point to the peak, constant over the dwell,
-and straight to the last point. The force is predicted at the measurement steps of that protocol, and interpolated to
-the times of the history. The path is linear in the indentations of start, peak and end, so only the two times at which
-the dwell begins and ends are searched for. Two assumptions hold unless the points contradict them: the dwell begins and
-ends where the sampling interval changes, and the path starts and ends at -pi^(2/3) mu. Units as in `bem.protocol`.
+The paper's models were trained on 50 points of loading, 20 of dwell and 50 of unloading, without noise. To a history
+with other points, a protocol is fitted by least squares: straight from the first point to the peak, constant over the
+dwell, and straight to the last point. The force is predicted at the measurement steps of that protocol, and
+interpolated to the times of the history. The path is linear in the indentations of start, peak and end, so only the two
+times at which the dwell begins and ends are searched for. Two assumptions hold unless the points contradict them: the
+dwell begins and ends where the sampling interval changes, and the path starts and ends at -pi^(2/3) mu. Units as in
+`bem.protocol`.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ class FittedProtocol:
         """
         ramps = 0.1 * np.diff(self.corners)[[0, 2]]
         lent = np.minimum(0.5 * (dwell_time - (self.corners[2] - self.corners[1])), ramps)
-        return replace(self, corners=self.corners + [0.0, -lent[0], lent[1], 0.0])
+        return replace(self, corners=self.corners + np.array([0.0, -lent[0], lent[1], 0.0]))
 
     def summary(self) -> dict[str, float]:
         """Return the quantities of the protocol and the residual by name, ready for JSON."""
@@ -178,8 +179,9 @@ def predict_measured(
     shortest = min(float(times[point] - times[point - 1]), shortest)
     if fitted.summary()["dwell_time"] < shortest:
         fitted = fitted.with_dwell(shortest)
-    steps = (np.interp(np.arange(sum(FMS)), [0, *np.cumsum(FMS) - 1], one) for one in (fitted.corners, fitted.levels))
-    trajectory = _predicted(model, *steps, scene, edge_from_counts(FMS, 1)[0])
+    steps, ends = np.arange(sum(FMS)), [0, *np.cumsum(FMS) - 1]
+    instants, depths = (np.interp(steps, ends, one) for one in (fitted.corners, fitted.levels))
+    trajectory = _predicted(model, instants, depths, scene, edge_from_counts(FMS, 1)[0])
     return HistoryPrediction(times, indentations, trajectory, fitted)
 
 
@@ -285,11 +287,10 @@ def _path(
         return np.array([first, np.clip(first + max(found[1], 0.0), first, last)])
 
     if free:
-        begin, low, high = [place[0], place[1] - place[0]], np.array([1.0, 0.0]), np.full(2, last)
-        begin, bounds = np.clip(begin, low, high), (low - 1e-9, high + 1e-9)
-        place = corners_of(
-            least_squares(lambda one: solved(corners_of(one))[2], begin, bounds=bounds, diff_step=1e-3).x
-        )
+        low, high = np.array([1.0, 0.0]), np.full(2, last)
+        begin, bounds = np.clip([place[0], place[1] - place[0]], low, high), (low - 1e-9, high + 1e-9)
+        found = least_squares(lambda one: solved(corners_of(one))[2], begin, bounds=bounds, diff_step=1e-3)
+        place = corners_of(found.x)
     corners, levels, residuals = solved(place)
     exact = bool(np.abs(residuals).max() <= EXACT * np.ptp(indentations))
     corners = np.array([times[0], *corners, times[-1]])

@@ -19,6 +19,8 @@ from surrogate.prediction.validity import (
 BEFORE, LOADING, DWELL, UNLOADING, OVER = range(5)
 SETTLED = 5
 """Points after which the rate of an unloading tells how many will follow."""
+MOST = 256
+"""Points of a phase that are kept to see whether it is straight; there are too many before."""
 
 
 class Watch:
@@ -35,8 +37,8 @@ class Watch:
     """
 
     __slots__ = (
-        *("ranges", "equal", "tabor", "bounds", "phase", "start", "level", "points", "time", "depth", "latest", "last"),
-        *("lowest", "shortest", "longest", "sums", "pressed", "_named", "_found"),
+        *("ranges", "equal", "tabor", "bounds", "phase", "start", "level", "points", "path", "latest", "last"),
+        *("lowest", "shortest", "longest", "pressed", "_named", "_found"),
     )
 
     def __init__(self, tabor: float, ranges: dict[str, tuple[float, float]]) -> None:
@@ -48,10 +50,9 @@ class Watch:
     def _begin(self, phase: int, time: float, depth: float) -> None:
         """Begin a phase at a point, of which it counts those that follow."""
         self.phase, self.points = phase, 0.0
-        self.time = self.latest = time
-        self.depth = self.last = self.lowest = depth
+        self.path: tuple[tuple[float, float], ...] = ((time, depth),)
+        self.latest, self.last, self.lowest = time, depth, depth
         self.shortest, self.longest, self.pressed = math.inf, 0.0, True
-        self.sums: tuple[float, ...] = (0.0,) * 5  # of a straight line through the phase
 
     def reset(self) -> None:
         """Begin a new history."""
@@ -111,11 +112,12 @@ class Watch:
 
     def _follow(self, time: float, indentation: float, pressed: bool) -> None:
         """Take the point into its phase."""
-        step, past, depth = time - self.latest, time - self.time, indentation - self.depth
+        begin, level = self.path[0]
+        step, past, depth = time - self.latest, time - begin, indentation - level
         self.points += 1.0
         self.shortest, self.longest = min(self.shortest, step), max(self.longest, step)
-        terms = (past, depth, past * past, past * depth, depth * depth)
-        self.sums = tuple([total + term for total, term in zip(self.sums, terms, strict=True)])
+        if self.points < MOST:
+            self.path += ((time, indentation),)
         if self.longest > LARGEST_STEP_RATIO * self.shortest and (self.phase == LOADING or self.equal):
             self._note("step_ratio", self.longest / self.shortest)
         if self.phase == LOADING:
@@ -153,21 +155,18 @@ class Watch:
             self._note("peak_indentation", self.last)
             self._note("loading_points", self.points)
         else:
-            self._note("dwell_time", self.latest - self.time)
-            if self.latest > self.time:
+            self._note("dwell_time", self.latest - self.path[0][0])
+            if self.latest > self.path[0][0]:
                 self._note("dwell_points", self.points)
         self.level = max(self.level, self.last)
         self._begin(self.phase + 1, self.latest, self.last)
 
     def _bend(self) -> float:
-        """Root mean square of the distances from the best straight line, as a fraction of the travel."""
-        times, depths, squares, products, rest = self.sums
-        count, travel = max(self.points, 1.0), self.level - self.start
-        spread = squares - times * times / count
-        if spread <= 0.0 or travel <= 0.0:
-            return 0.0
-        rest -= depths * depths / count + (products - times * depths / count) ** 2 / spread
-        return float(max(rest / count, 0.0) ** 0.5 / travel)
+        """Largest distance of the phase from a straight line between its ends, as a fraction of the travel."""
+        (begin, first), *_, (end, last) = (*self.path, (self.latest, self.last))
+        slope, travel = (last - first) / (end - begin) if end > begin else 0.0, self.level - self.start
+        far = max(abs(depth - first - slope * (time - begin)) for time, depth in self.path)
+        return far / travel if travel > 0.0 else 0.0
 
     def _note(self, name: str, value: float, *, growing: bool = False) -> None:
         """Add a value outside its bounds; one that may still grow, only above them."""

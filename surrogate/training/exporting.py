@@ -1,8 +1,7 @@
-"""The ONNX file of a model directory, from its weights and scaling, and that of a model with bands."""
+"""The ONNX file of a model directory, from its weights and scaling."""
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,10 @@ from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import REGISTERED
 from surrogate.data.features import edge_from_counts
 from surrogate.export.keras_layers import NotExportableError
-from surrogate.export.onnx import banded_file, file_content
+from surrogate.export.onnx import file_content
 from surrogate.export.onnx_file import session_of
-from surrogate.prediction.bands_graph import COVERAGE, add_bands
 from surrogate.prediction.files import read_run, weights_sha256
 from surrogate.prediction.networks import KerasNetwork, keras_network
-from surrogate.prediction.predictor import Surrogate
 
 AGREEMENT = 1e-3
 """Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
@@ -44,18 +41,6 @@ def folder_content(folder: Path) -> bytes:
     if split_name(run["architecture"])[0] in REGISTERED:
         _require_agreement(content, network)
     return content
-
-
-def banded_content(model: Surrogate) -> bytes:
-    """Return the bytes of one ONNX file of a model with bands, with everything inside; this needs no Keras."""
-    return banded_file(
-        model.network.content(),
-        model.scaling,
-        name=model.name,
-        counts=model.counts,
-        coverage=COVERAGE,
-        add_bands=partial(add_bands, bands=model.bands, scaling=model.scaling, counts=model.counts),
-    )
 
 
 def _require_agreement(content: bytes, network: KerasNetwork) -> None:

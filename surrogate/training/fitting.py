@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +32,20 @@ VALIDATION_BATCH = 256
 """Trajectories in a batch of the validation set."""
 
 
-@dataclass(frozen=True)
-class TrainingTask:
-    """The arguments of `fit`.
+def fit(
+    model: keras.Model,
+    training: Examples,
+    validation: Examples,
+    recipe: Recipe,
+    folder: Path,
+    *,
+    facts: Mapping[str, Any],
+    should_stop: Callable[[], bool] = lambda: False,
+    report: Report = lambda *_: None,
+) -> Progress:
+    """Train a model, or resume the training in the same folder that was interrupted or had fewer epochs.
+
+    The caller has checked that the folder is of the same training (`surrogate.training.run_folder.locked`).
 
     Args:
         model: An untrained model, built after `keras.utils.set_random_seed(recipe.seed)`.
@@ -46,22 +56,6 @@ class TrainingTask:
         facts: What decides the result of the training, ready for JSON; stored with the progress.
         should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
         report: See `Report`.
-    """
-
-    model: keras.Model
-    training: Examples
-    validation: Examples
-    recipe: Recipe
-    folder: Path
-    facts: dict[str, Any] = field(default_factory=dict)
-    should_stop: Callable[[], bool] = lambda: False
-    report: Report = lambda *_: None
-
-
-def fit(task: TrainingTask) -> Progress:
-    """Train a model, or resume the training in the same folder that was interrupted or had fewer epochs.
-
-    The caller has checked that the folder is of the same training (`surrogate.training.run_folder.require_same_run`).
 
     Returns:
         The progress. If `finished` is true, the model holds the best weights; otherwise `should_stop` ended the
@@ -71,8 +65,7 @@ def fit(task: TrainingTask) -> Progress:
         ValueError: the run in the folder has more epochs than the recipe, or a damaged file.
         FloatingPointError: the validation error is not finite.
     """
-    model, recipe, folder, validation = task.model, task.recipe, task.folder, task.validation
-    batches = Batches(task.training, recipe)
+    batches = Batches(training, recipe)
     compile_by(recipe, model, len(batches), metrics=["mae"])
     (folder / "best").mkdir(parents=True, exist_ok=True)
     progress = _resumed(folder)
@@ -81,6 +74,17 @@ def fit(task: TrainingTask) -> Progress:
             f"Expected at least {progress.epoch} epochs, which {folder} has already trained. "
             f"Received: epochs={recipe.epochs}"
         )
+
+    def keep() -> bool:
+        """Save and report an epoch, and remove all but the best weights; return whether to stop."""
+        best = _best(folder, progress.best_epoch)
+        save_progress(folder, progress, facts, [*(folder / name for name in BACKUP), best])
+        report(progress, recipe.epochs)
+        for path in best.parent.glob("*.weights.h5"):
+            if path != best:
+                path.unlink()
+        return should_stop()
+
     if not is_over(recipe, progress):
         model.fit(
             batches,
@@ -88,7 +92,7 @@ def fit(task: TrainingTask) -> Progress:
             shuffle=False,  # `Batches` has the order of the epoch already
             validation_data=((validation.sequence, validation.tabor), validation.force),
             validation_batch_size=VALIDATION_BATCH,
-            callbacks=_callbacks(task, batches, progress),
+            callbacks=_callbacks(folder, batches, progress, keep),
             verbose=0,
         )
     progress.finished = is_over(recipe, progress)
@@ -207,14 +211,14 @@ class Meter(keras.callbacks.Callback):
 
 
 class Keeper(keras.callbacks.Callback):
-    """The last callback, which keeps and reports the progress, and ends the training when asked to.
+    """The last callback, which keeps the progress, and ends the training when asked to.
 
     Before the first epoch, it restores the counters of other callbacks by replaying the completed epochs.
     """
 
-    def __init__(self, task: TrainingTask, progress: Progress, counting: list[keras.callbacks.Callback]) -> None:
+    def __init__(self, progress: Progress, keep: Callable[[], bool], counting: list[keras.callbacks.Callback]) -> None:
         super().__init__()
-        self.task, self.progress, self.counting = task, progress, counting
+        self.progress, self.keep, self.counting = progress, keep, counting
 
     def on_train_begin(self, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
         """Replay the epochs; the learning rate remains the one that Keras restored."""
@@ -227,24 +231,19 @@ class Keeper(keras.callbacks.Callback):
         self.model.optimizer.learning_rate = rate
 
     def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
-        """Write the history, report the epoch, and remove all but the best weights."""
-        task, progress = self.task, self.progress
-        progress.history.append({"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()})
-        best = _best(task.folder, progress.best_epoch)
-        save_progress(task.folder, progress, task.facts, [*(task.folder / name for name in BACKUP), best])
-        task.report(progress, task.recipe.epochs)
-        for path in best.parent.glob("*.weights.h5"):
-            if path != best:
-                path.unlink()
-        if task.should_stop():
-            self.model.stop_training = True
+        """Add the epoch to the history, and keep it."""
+        row = {"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()}
+        self.progress.history.append(row)
+        self.model.stop_training |= self.keep()
 
 
-def _callbacks(task: TrainingTask, batches: Batches, progress: Progress) -> list[keras.callbacks.Callback]:
+def _callbacks(
+    folder: Path, batches: Batches, progress: Progress, keep: Callable[[], bool]
+) -> list[keras.callbacks.Callback]:
     """Return Keras's callbacks and those of this module, in the order of their calls."""
     from keras import callbacks
 
-    recipe, folder = task.recipe, task.folder
+    recipe = batches.recipe
     plateau: list[keras.callbacks.Callback] = []
     if recipe.plateau:
         rule = recipe.plateau
@@ -271,7 +270,7 @@ def _callbacks(task: TrainingTask, batches: Batches, progress: Progress) -> list
             initial_value_threshold=progress.best_mse if progress.history else None,
         ),
         callbacks.BackupAndRestore(folder / "backup", double_checkpoint=True, delete_checkpoint=False),
-        Keeper(task, progress, plateau),
+        Keeper(progress, keep, plateau),
     ]
 
 

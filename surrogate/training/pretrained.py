@@ -38,9 +38,9 @@ from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from surrogate.prediction.networks import NetworkFile
-from surrogate.training.fitting import TrainingTask, fit, started, with_weights
+from surrogate.training.fitting import fit, started, with_weights
 from surrogate.training.recipe import Cosine, Recipe
-from surrogate.training.run_folder import Report, locked, reporter, require_same_run
+from surrogate.training.run_folder import Report, locked, print_epoch
 
 FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"
@@ -161,19 +161,9 @@ def train_model(
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
     asked = {"units": list(definition.units), "dataset": data.sha256, "recipe": recipe.as_dict()}
     asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
-    with locked(folder):
-        require_same_run(folder, asked)
-        progress = fit(
-            TrainingTask(
-                model=model,
-                training=joined_examples(training, scaling),
-                validation=joined_examples(choosing, scaling),
-                recipe=recipe,
-                folder=folder,
-                facts=asked,
-                report=report,
-            )
-        )
+    with locked(folder, asked):
+        examples = (joined_examples(parts, scaling) for parts in (training, choosing))
+        progress = fit(model, *examples, recipe, folder, facts=asked, report=report)
         target = folder / name
         target.mkdir(exist_ok=True)
         content = network_content(with_weights(network(definition.units), model), FEATURES, name)
@@ -278,11 +268,11 @@ def main() -> None:
             definition = replace(definition, recipe=replace(definition.recipe, epochs=chosen.epochs))
             more = f" --epochs {chosen.epochs}"
         more += f" --start {chosen.start}" if chosen.start else ""
-        given = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
-        command = f"python -m surrogate.training.pretrained {name} {given}{more}"
+        files = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
+        command = f"python -m surrogate.training.pretrained {name} {files}{more}"
         start = chosen.start and chosen.start / name
-        with reporter(name) as report:
-            made = train_model(name, definition, data, chosen.runs / name, start=start, command=command, report=report)
+        folder = chosen.runs / name
+        made = train_model(name, definition, data, folder, start=start, command=command, report=print_epoch)
         target = chosen.publish / name
         shutil.copytree(made, target, dirs_exist_ok=True)
         print(f"{name}: {target}")

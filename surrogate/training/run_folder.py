@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -80,37 +79,25 @@ Report = Callable[[Progress, int], None]
 """Called after each epoch, with the progress and the largest number of epochs."""
 
 
-def epoch_line(done: Progress, epochs: int) -> str:
-    """Return the result of the latest epoch as one line of text."""
+def print_epoch(done: Progress, epochs: int) -> None:
+    """Print the result of the latest epoch as one line of text."""
     row = done.history[-1]
     left = timedelta(seconds=round((epochs - done.epoch) * done.seconds / done.epoch))
-    return (
+    print(
         f"epoch {row['epoch']}/{epochs}  train MSE {row['train_mse']:.3e}  "
         f"validation MSE {row['validation_mse']:.3e}  rate {row['learning_rate']:.2e}  "
-        f"{row['seconds']:.0f} s, at most {left} left"
+        f"{row['seconds']:.0f} s, at most {left} left",
+        flush=True,
     )
 
 
 @contextmanager
-def reporter(name: str) -> Iterator[Report]:
-    """Yield a function that displays the result of an epoch of the run `name`."""
-    if not sys.stdout.isatty():
-        yield lambda *given: print(epoch_line(*given), flush=True)
-        return
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    with Bar(TextColumn(name), BarColumn(), TextColumn("{task.fields[line]}")) as bar:
-        task = bar.add_task(name, total=None, line="")
-        yield lambda done, epochs: bar.update(task, completed=done.epoch, total=epochs, line=epoch_line(done, epochs))
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, facts: Mapping[str, Any] | None = None) -> Iterator[None]:
     """Make the directory of a run, unless it exists, and hold its lock inside the context.
 
     Raises:
-        ValueError: another process is training there.
+        ValueError: another process is training there, or it holds progress of other `facts`; the message names the
+            differences.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -121,6 +108,12 @@ def locked(folder: Path) -> Iterator[None]:
             f"folder with --runs. Received: {folder}, where another process is training"
         ) from None
     with lock:  # outside the `try`, so that a lock that times out during the training is not taken for this one
+        found = None if facts is None else read_progress(folder)
+        if found and (other := facts_that_differ(found[1], facts)):
+            raise ValueError(
+                f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the "
+                f"training another name. Received: a checkpoint of another {', '.join(other)}"
+            )
         yield
 
 
@@ -161,20 +154,6 @@ def damage(path: Path, folder: Path) -> ValueError:
         f"Expected what the training saved; restore the file, or remove {folder} to train from the start. "
         f"Received: {path}, which is damaged"
     )
-
-
-def require_same_run(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Check that the directory of a run holds no progress of another training.
-
-    Raises:
-        ValueError: it does; the message names the differences.
-    """
-    found = read_progress(folder)
-    if found is not None and (other := facts_that_differ(found[1], facts)):
-        raise ValueError(
-            f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the training "
-            f"another name. Received: a checkpoint of another {', '.join(other)}"
-        )
 
 
 def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:

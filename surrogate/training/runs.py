@@ -25,11 +25,11 @@ from surrogate.export.onnx_file import ONNX_NAME
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.training.evaluation import evaluate, write_errors
 from surrogate.training.exporting import folder_content
-from surrogate.training.fitting import TrainingTask, fit, started, with_weights
+from surrogate.training.fitting import fit, started, with_weights
 from surrogate.training.identity import TrainingIdentity
 from surrogate.training.model_directory import model_name, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import Progress, Report, locked, require_same_run
+from surrogate.training.run_folder import Progress, Report, locked
 
 __all__ = ["RUN_FORMAT", "Run", "execute", "extra_indices", "fit_scaling", "publish"]
 
@@ -154,10 +154,10 @@ def execute(
     scaling = fit_scaling(run)
     training = joined_examples(run.training, scaling)
     facts = run.identity.fingerprint
-    with locked(folder):
-        require_same_run(folder, facts)
+    with locked(folder, facts):
         validation = scaled_examples(run.dataset, run.split.validation, scaling)
-        progress = fit(TrainingTask(model, training, validation, run.recipe, folder, facts, should_stop, report))
+        examples = training, validation
+        progress = fit(model, *examples, run.recipe, folder, facts=facts, should_stop=should_stop, report=report)
         if progress.finished:
             _write_model(
                 run, folder, KerasNetwork(model, scaling), progress, examples=len(training), command=command, log=log

@@ -11,7 +11,7 @@ from bem.dataset.measurement_steps import PHYSICAL
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.training.exporting import banded_content
+from surrogate.prediction.bands_graph import banded_content
 from tests.processes import ROOT
 
 TRACKED, SOLIDS = (

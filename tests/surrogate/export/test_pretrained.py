@@ -19,10 +19,9 @@ from surrogate import ExtrapolationWarning
 from surrogate.data.features import edge_from_counts
 from surrogate.export.onnx_file import checked_model, is_intact, session_of
 from surrogate.export.onnx_graph import OnnxGraph
-from surrogate.prediction.bands_graph import add_bands
+from surrogate.prediction.bands_graph import add_bands, banded_content
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
 from surrogate.prediction.predicted import predicted_trajectory
-from surrogate.training.exporting import banded_content
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 

@@ -129,7 +129,7 @@ def test_a_bent_ramp_is_another_path_and_noise_may_not_hide_the_path(bulge, nois
     loading = times < times[160]
     indentations[loading] += bulge * np.ptp(indentations) * np.sin(np.pi * times[loading] / times[160])
     if refused:
-        with pytest.raises(NotOneCycleError, match="Expected one cycle of.*from the nearest such path"):
+        with pytest.raises(NotOneCycleError, match=r"Expected one cycle of.*from the nearest such path"):
             fit_protocol(times, indentations)
     else:
         assert fitted(times, indentations)[1][0] == pytest.approx(20.0, rel=0.02)

@@ -15,7 +15,7 @@ from surrogate.prediction.predictor import ExtrapolationWarning
 from surrogate.training.fitting import BACKUP
 from surrogate.training.model_directory import MODEL_FILES, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import COLUMNS, epoch_line, locked, set_aside
+from surrogate.training.run_folder import COLUMNS, locked, print_epoch, set_aside
 from surrogate.training.runs import Run, execute, extra_indices
 from tests.surrogate.conftest import build_by, build_tiny, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
@@ -152,9 +152,10 @@ def test_dropout_ends_where_the_recipe_says(least, dataset, tmp_path, monkeypatc
     assert drawn[0][0][1:] != drawn[1][0][1:] == drawn[2][0][1:] == drawn[3][0][1:]
 
 
-def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path):
-    run, seen = run_of(dataset, tmp_path, COSINE, epochs=12), []
-    progress = execute(run, tmp_path / "run", report=lambda *given: seen.append(epoch_line(*given)))
+def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path, capsys):
+    run = run_of(dataset, tmp_path, COSINE, epochs=12)
+    progress = execute(run, tmp_path / "run", report=print_epoch)
+    seen = [line for line in capsys.readouterr().out.splitlines() if line.startswith("epoch ")]
     assert [line.split()[1] for line in seen] == [f"{epoch}/12" for epoch in range(1, 13)]
     assert seen[-1].endswith(", at most 0:00:00 left")
     first, *_, last = progress.history

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from bem._support.outputs import plain_name
 from experiments.common import load_surrogate
 from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
@@ -33,14 +32,7 @@ def model_directory(folder, **run):
 
 @pytest.mark.parametrize("name", ["M1-concat", "mine", "a.b_c-1", "7", "n" * 64])
 def test_plain_names(name):
-    assert plain_name(name, "a name") == model_name(name) == name
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_names_that_are_not_plain(name):
-    with pytest.raises(ValueError, match="Expected a name of at most 64 letters") as refused:
-        plain_name(name, "a name")
-    assert len(str(refused.value)) < 200
+    assert model_name(name) == name
 
 
 @pytest.mark.parametrize("label", [*PATHS, "STOP", "stop", "mine.onnx"])
@@ -60,15 +52,15 @@ def test_a_label_is_refused_before_anything_is_read(label, tmp_path, monkeypatch
 
 @pytest.mark.parametrize("name", PATHS)
 def test_every_other_name_that_becomes_a_path_is_plain(name, tmp_path, dataset):
-    words = "Expected a"
-    with pytest.raises(ValueError, match=words):
-        Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), label=name or ".")
-    with pytest.raises(ValueError, match=words):
-        Variant(label=name, architecture="M1-concat", recipe="swift")
-    with pytest.raises(ValueError, match=words):
-        run_queue([name], lambda _: ["list"], folder=tmp_path, jobs=1, log=print)
-    with pytest.raises(ValueError, match=words):
-        load_surrogate(name, tmp_path)
+    for use in (
+        lambda: Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), label=name or "."),
+        lambda: Variant(label=name, architecture="M1-concat", recipe="swift"),
+        lambda: run_queue([name], lambda _: ["list"], folder=tmp_path, jobs=1, log=print),
+        lambda: load_surrogate(name, tmp_path),
+    ):
+        with pytest.raises(ValueError, match=r"Expected a.* of at most 64 letters") as refused:
+            use()
+        assert len(str(refused.value)) < 200
     assert not list(tmp_path.iterdir())
 
 
