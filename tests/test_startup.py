@@ -29,6 +29,7 @@ def test_importing_the_package_and_its_command_loads_nothing_heavy(source):
 def test_simulating_loads_neither_files_nor_pictures_nor_learning():
     assert not loaded_by(SIMULATED) & {"h5py", "joblib", "matplotlib", "tensorflow", "keras"}
     assert not loaded_by("from bem import *") & {"tensorflow", "keras"}
+    assert not loaded_by("import surrogate, surrogate.cli.app; surrogate.names()") & {"tensorflow", "keras"}
 
 
 def test_reading_a_data_set_compiles_no_kernel(tmp_path):

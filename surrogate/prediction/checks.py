@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem._support.jit import kernel
 from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.materials import Elastic, StandardLinearSolid
@@ -84,43 +83,30 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
             "Expected times and indentations of the same shape (batch, steps). "
             f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
         )
-    if (row := _first_unsound(np.ascontiguousarray(times), np.ascontiguousarray(indentations))) < 0:
+    with np.errstate(all="ignore"):
+        # Models use the time since the first point; by rounding, two late times may have the same one.
+        since = times - times[:, :1]
+        steps, rises = since[:, 1:] - since[:, :-1], indentations[:, 1:] - indentations[:, :-1]
+        sound = ((steps >= SHORTEST_STEP) & (np.abs(rises) <= LARGEST_RATE * steps)).all(axis=1)
+        sound &= (np.abs(indentations) <= LARGEST_INDENTATION).all(axis=1) & (since[:, -1] <= LONGEST_HISTORY)
+    if sound.all():
         return
-    time, depth, place = times[row], indentations[row], f" in history {row}" if len(times) > 1 else ""
-    for name, values in (("times", time), ("indentations", depth)):
+    row = int(sound.argmin())
+    time, place = times[row], f" in history {row}" if len(times) > 1 else ""
+    for name, values in (("times", time), ("indentations", indentations[row])):
         if not np.isfinite(values).all():
             raise ValueError(f"Expected finite {name}. Received: NaN or infinity{place}")
-    # Models use the time since the first point; by rounding, two late times may have the same one.
-    since = time - time[0]
-    steps = np.diff(since)
-    for step in np.flatnonzero(steps <= 0.0)[:1]:
+    for step in np.flatnonzero(steps[row] <= 0.0)[:1]:
         found = f"{float(time[step + 1])!r} after {float(time[step])!r}"
         raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
     for name, values, low, high in (
-        ("indentations", depth, -LARGEST_INDENTATION, LARGEST_INDENTATION),
-        ("times after the first", since, 0.0, LONGEST_HISTORY),
-        ("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY),
-        ("rates", np.diff(depth) / steps, -LARGEST_RATE, LARGEST_RATE),
+        ("indentations", indentations[row], -LARGEST_INDENTATION, LARGEST_INDENTATION),
+        ("times after the first", since[row], 0.0, LONGEST_HISTORY),
+        ("time steps", steps[row], SHORTEST_STEP, LONGEST_HISTORY),
+        ("rates", rises[row] / steps[row], -LARGEST_RATE, LARGEST_RATE),
     ):
         for value in values[(values < low) | (values > high)][:1].tolist():
             raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{place}")
-
-
-@kernel
-def _first_unsound(times: np.ndarray, indentations: np.ndarray) -> int:
-    """Return the first history (batch, steps) that fails a check of values, or -1; the caller finds what is wrong."""
-    for row in range(len(times)):
-        before = 0.0
-        for step in range(times.shape[1]):
-            since, depth = times[row, step] - times[row, 0], indentations[row, step]
-            if not (abs(depth) <= LARGEST_INDENTATION and since <= LONGEST_HISTORY):
-                return row
-            if step:
-                passed = since - before
-                if not (passed >= SHORTEST_STEP and abs(depth - indentations[row, step - 1]) <= LARGEST_RATE * passed):
-                    return row
-            before = since
-    return -1
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

@@ -24,7 +24,7 @@ from surrogate.export.onnx_file import (
 )
 from surrogate.prediction.bands import Bands
 from surrogate.prediction.files import BANDED, BANDED_FILES, existing, find_model, read_run
-from surrogate.prediction.networks import Network, NetworkFile, OnnxFile, keras_network
+from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
 
 BACKENDS = ("onnx", "keras")
@@ -62,7 +62,7 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         if missing := [name for key, name in BESIDE.items() if name in BANDED_FILES and key not in sums]:
             raise ValueError(f"no sum of {', '.join(missing)}")
         scaling, run = Scaling.load(folder / "scaling.json"), read_json(folder / "run.json")
-        network = NetworkFile(content, session, scaling, folder.name, threads)
+        network = OnnxNetwork(content, scaling, folder.name, threads, session)
         if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
             raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
         loading, dwell, unloading = map(int, run["counts"])
@@ -81,18 +81,18 @@ def _network(place: Path, backend: str, threads: int) -> Network:
     if place.is_file():
         if backend != "onnx":
             raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
-        return _exported(place, threads)
+        return _exported(place, threads)[0]
     run, scaling = read_run(place)
     path, found = place / ONNX_NAME, None
     try:
-        found = _exported(path, threads) if path.is_file() else None
+        found, sums = _exported(path, threads) if path.is_file() else (None, {})
     except ValueError:
         # A damaged or outdated file says nothing about the other files.
         if backend == "onnx":
             raise
     if found is not None:
         again = f"export it again with `surrogate export {shortened(found.name)}`"
-        require_beside(path, found.metadata, again)
+        require_beside(path, sums, again)
         if found.scaling != scaling:
             raise ValueError(
                 f"Expected the scaling that {path} was exported with; {again}, or restore scaling.json. "
@@ -109,8 +109,8 @@ def _network(place: Path, backend: str, threads: int) -> Network:
     return found
 
 
-def _exported(path: Path, threads: int) -> OnnxFile:
-    """Return an ONNX file of `surrogate export`.
+def _exported(path: Path, threads: int) -> tuple[OnnxNetwork, dict[str, str]]:
+    """Return an ONNX file of `surrogate export`, and its metadata.
 
     Raises:
         ValueError: the file is not of `surrogate export`, is of another version of it, or was altered since.
@@ -127,7 +127,8 @@ def _exported(path: Path, threads: int) -> OnnxFile:
         words = f"which is of version {shortened(str(version))}, not {ONNX_FORMAT_VERSION}"
     else:
         try:
-            return OnnxFile(content, session, Scaling.from_json(metadata["scaling"], source=path), metadata, threads)
+            scaling = Scaling.from_json(metadata["scaling"], source=path)
+            return OnnxNetwork(content, scaling, metadata["name"], threads, session), metadata
         except (KeyError, ValueError) as error:
             words, cause = "which another program wrote", error
     raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause

@@ -85,13 +85,23 @@ class Network:
 
 
 class OnnxNetwork(Network):
-    """An ONNX file and its session; a pickled one carries the file, which another process may lack."""
+    """A file of `surrogate.export.onnx`, complete or of the network alone, and its session.
+
+    A pickled one carries the file, which another process may lack.
+    """
 
     def __init__(
-        self, content: bytes, session: onnxruntime.InferenceSession, scaling: Scaling, name: str, threads: int
+        self,
+        content: bytes,
+        scaling: Scaling,
+        name: str,
+        threads: int = 1,
+        session: onnxruntime.InferenceSession | None = None,
     ) -> None:
         super().__init__(scaling, name)
-        self._content, self.session, self.threads = content, session, threads
+        self._content, self.threads, self.session = content, threads, session or session_of(content, threads)
+        self.complete = self.session.get_inputs()[0].name == "times"
+        self.batch = FILE_BATCH if self.complete else NETWORK_BATCH
 
     def __getstate__(self) -> dict[str, Any]:
         return vars(self) | {"session": None}
@@ -103,8 +113,20 @@ class OnnxNetwork(Network):
         """Return the file."""
         return self._content
 
-    def run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
-        """Return the only output of the file."""
+    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
+        if not self.complete:
+            return super()._force(times, indentations, tabor, ratio, edge)
+        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
+        return self._run({name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()})
+
+    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
+        batch, steps, width = sequence.shape
+        inputs = np.empty((steps, batch, width + 1), dtype=np.float32)
+        inputs[..., :-1], inputs[..., -1] = sequence.transpose(1, 0, 2), tabor[:, 0]
+        return self._run({"inputs": inputs}).T
+
+    def _run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
         try:
             found: np.ndarray = self.session.run(None, inputs)[0]
         except Exception as error:
@@ -113,33 +135,6 @@ class OnnxNetwork(Network):
                 f"Expected histories that {self.name} can compute. Received: shape {shape} ({shortened(str(error))})"
             ) from error
         return found
-
-
-class OnnxFile(OnnxNetwork):
-    """An ONNX file of `surrogate export`, with features and scaling in it."""
-
-    batch = FILE_BATCH
-
-    def __init__(self, content: bytes, session: Any, scaling: Scaling, metadata: dict[str, str], threads: int) -> None:
-        super().__init__(content, session, scaling, metadata["name"], threads)
-        self.metadata = metadata
-
-    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:  # noqa: ARG002
-        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
-        return self.run({name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()})
-
-
-class NetworkFile(OnnxNetwork):
-    """An ONNX file of `surrogate.export.onnx.network_content`."""
-
-    batch = NETWORK_BATCH
-
-    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
-        batch, steps, width = sequence.shape
-        inputs = np.empty((steps, batch, width + 1), dtype=np.float32)
-        inputs[..., :-1], inputs[..., -1] = sequence.transpose(1, 0, 2), tabor[:, 0]
-        return self.run({"inputs": inputs}).T
 
 
 class KerasNetwork(Network):

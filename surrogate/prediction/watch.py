@@ -43,9 +43,13 @@ class Watch:
 
     def __init__(self, tabor: float, ranges: dict[str, tuple[float, float]]) -> None:
         self.ranges, self.equal = ranges, "compression_points" not in ranges
-        self.tabor = np.array([tabor])
-        self.bounds = bounds_of(ranges, tabor)
+        self.tabor, self.bounds = np.array([tabor]), bounds_of(ranges, tabor)
         self.reset()
+
+    def reset(self) -> None:
+        """Begin a new history."""
+        self._begin(BEFORE, 0.0, 0.0)
+        self._named: set[str] = set()
 
     def _begin(self, phase: int, time: float, depth: float) -> None:
         """Begin a phase at a point, of which it counts those that follow."""
@@ -53,11 +57,6 @@ class Watch:
         self.path: tuple[tuple[float, float], ...] = ((time, depth),)
         self.latest, self.last, self.lowest = time, depth, depth
         self.shortest, self.longest, self.pressed = math.inf, 0.0, True
-
-    def reset(self) -> None:
-        """Begin a new history."""
-        self._begin(BEFORE, 0.0, 0.0)
-        self._named: set[str] = set()
 
     def see(self, time: float, indentation: float, marked: bool, pressed: bool = False) -> list[Excess]:
         """Check the next point.
@@ -80,7 +79,6 @@ class Watch:
         else:
             self._turn(indentation)
             self._follow(time, indentation, pressed)
-        self.latest, self.last = time, indentation
         if marked and self.phase < UNLOADING:
             self._end()
         elif marked:
@@ -100,21 +98,17 @@ class Watch:
                 self._end()
             elif indentation < self.level - slack:
                 self._end()
-        if self.phase == DWELL:
-            if indentation < self.level - slack:
-                if self.points:
-                    self._note("edge_marks", 1.0)
-                self._end()
-            elif indentation > self.level + slack:
-                self._note("cycles", 2.0)
-        elif self.phase > DWELL and indentation > self.lowest + slack:
+        if self.phase == DWELL and indentation < self.level - slack:
+            if self.points:
+                self._note("edge_marks", 1.0)
+            self._end()
+        elif indentation > (self.level if self.phase == DWELL else self.lowest) + slack and self.phase > LOADING:
             self._note("cycles", 2.0)
 
     def _follow(self, time: float, indentation: float, pressed: bool) -> None:
         """Take the point into its phase."""
-        begin, level = self.path[0]
-        step, past, depth = time - self.latest, time - begin, indentation - level
-        self.points += 1.0
+        step = time - self.latest
+        self.latest, self.last, self.points = time, indentation, self.points + 1.0
         self.shortest, self.longest = min(self.shortest, step), max(self.longest, step)
         if self.points < MOST:
             self.path += ((time, indentation),)
@@ -122,51 +116,46 @@ class Watch:
             self._note("step_ratio", self.longest / self.shortest)
         if self.phase == LOADING:
             self.level = max(self.level, indentation)
-            self._note("loading_rate", depth / past)
-            self._note("peak_indentation", indentation, growing=True)
-            self._note("loading_points", self.points, growing=True)
-        elif self.phase == DWELL:
-            self._note("dwell_time", past, growing=True)
-            self._note("dwell_points", self.points, growing=True)
-        else:
+        elif self.phase > DWELL:
             self.lowest = min(self.lowest, indentation)
-            if self.phase == UNLOADING:
-                self._unload(past, -depth / past, pressed)
             if indentation < self.bounds["end_indentation"][0]:
                 self._note("end_indentation", indentation)
-
-    def _unload(self, past: float, rate: float, pressed: bool) -> None:
-        self._note("unloading_rate", rate)
-        self._note("unloading_points", self.points, growing=True)
-        if self.equal and self.points == SETTLED and rate > 0.0:
-            self._note("unloading_points", self.points * (self.level - self.start) / (rate * past))
-        if self.pressed:
-            self._note("compression_points", self.points, growing=pressed)
-            self.pressed = pressed
-        if self.lowest - self.start <= RANGE_TOLERANCE * (self.level - self.start):
-            self._note("unloading_points", self.points)
-            self._note("bend", self._bend())
-            self.phase = OVER
+        self._judge(over=False)
+        if self.phase == UNLOADING:
+            if self.pressed:
+                self._note("compression_points", self.points, growing=pressed)
+                self.pressed = pressed
+            if self.lowest - self.start <= RANGE_TOLERANCE * (self.level - self.start):
+                self._end()
 
     def _end(self) -> None:
         """End the phase at the latest point."""
-        self._note("bend", self._bend())
-        if self.phase == LOADING:
-            self._note("peak_indentation", self.last)
-            self._note("loading_points", self.points)
-        else:
-            self._note("dwell_time", self.latest - self.path[0][0])
-            if self.latest > self.path[0][0]:
-                self._note("dwell_points", self.points)
+        self._judge(over=True)
         self.level = max(self.level, self.last)
         self._begin(self.phase + 1, self.latest, self.last)
 
-    def _bend(self) -> float:
-        """Largest distance of the phase from a straight line between its ends, as a fraction of the travel."""
-        (begin, first), *_, (end, last) = (*self.path, (self.latest, self.last))
-        slope, travel = (last - first) / (end - begin) if end > begin else 0.0, self.level - self.start
-        far = max(abs(depth - first - slope * (time - begin)) for time, depth in self.path)
-        return far / travel if travel > 0.0 else 0.0
+    def _judge(self, *, over: bool) -> None:
+        """Check what the phase is so far; what may still grow is too small only where it is over."""
+        (begin, first), growing = self.path[0], not over
+        past, travel = self.latest - begin, self.level - self.start
+        slope = (self.last - first) / past if past else 0.0
+        if self.phase == LOADING:
+            if past:
+                self._note("loading_rate", slope)
+            self._note("peak_indentation", self.last, growing=growing)
+            self._note("loading_points", self.points, growing=growing)
+        elif self.phase == DWELL:
+            self._note("dwell_time", past, growing=growing)
+            # Without a dwell there is no number of points.
+            self._note("dwell_points", self.points, growing=growing or not past)
+        elif self.phase == UNLOADING:
+            self._note("unloading_rate", -slope)
+            self._note("unloading_points", self.points, growing=growing)
+            if self.equal and self.points == SETTLED and slope < 0.0:
+                self._note("unloading_points", self.points * travel / (-slope * past))
+        if over and travel > 0.0:
+            far = max(abs(depth - first - slope * (time - begin)) for time, depth in self.path)
+            self._note("bend", far / travel)
 
     def _note(self, name: str, value: float, *, growing: bool = False) -> None:
         """Add a value outside its bounds; one that may still grow, only above them."""

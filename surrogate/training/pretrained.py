@@ -33,11 +33,11 @@ from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import Part, fitted_scaling, joined_examples, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
-from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of, sha256
+from surrogate.export.onnx_file import ONNX_NAME, seal_folder, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
-from surrogate.prediction.networks import NetworkFile
+from surrogate.prediction.networks import OnnxNetwork
 from surrogate.training.fitting import fit, started, with_weights
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
@@ -192,12 +192,12 @@ def train_model(
             "dataset_sha256": data.sha256,
         }
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
-        calibrate(target, NetworkFile(content, session_of(content), scaling, name, 1), calibrating)
+        calibrate(target, OnnxNetwork(content, scaling, name), calibrating)
         seal_folder(target)
     return target
 
 
-def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
+def calibrate(folder: Path, trained: OnnxNetwork, parts: list[Part]) -> None:
     """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
     _write_bands(folder, Bands.calibrate(trained.scaling.ranges, *judged(trained, parts), len(parts[0][1])))
 
@@ -209,7 +209,7 @@ def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:
     seal_folder(folder)
 
 
-def judged(trained: NetworkFile, parts: list[Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def judged(trained: OnnxNetwork, parts: list[Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what is known of trajectories, and errors of results and forces, as `Bands.calibrate` takes them."""
     scaling, found = trained.scaling, []
     for dataset, rows in pieces(parts):

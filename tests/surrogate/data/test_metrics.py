@@ -39,20 +39,11 @@ def test_dtw_tolerates_a_shift_and_never_exceeds_the_rmse():
     assert np.all(dtw_rmse(*pairs) <= np.sqrt(np.mean((pairs[0] - pairs[1]) ** 2, axis=1)) + 1e-12)
 
 
-def test_pull_off_looks_at_unloading_only():
+def test_pull_off_looks_at_unloading_only_and_hysteresis_is_the_loop_area():
     times, force = np.arange(6.0)[None], np.array([[9.0, 1.0, 2.0, 5.0, 3.0, 1.0]])
-    peak, at = pull_off(times, force, unloading_from=2)
-    assert (peak[0], at[0]) == (5.0, 3.0)
-
-
-def test_hysteresis_is_the_loop_area():
-    indentations = np.array([[0.0, 1.0, 1.0, 0.0]])
-    force = np.array([[0.0, -1.0, 2.0, 0.0]])
-    assert hysteresis(indentations, force)[0] == pytest.approx(1.5)
-    assert hysteresis(indentations, -force)[0] == pytest.approx(1.5)
-
-
-def test_percentages():
+    assert pull_off(times, force, unloading_from=2) == (5.0, 3.0)
+    indentations, force = np.array([[0.0, 1.0, 1.0, 0.0]]), np.array([[0.0, -1.0, 2.0, 0.0]])
+    assert hysteresis(indentations, force)[0] == hysteresis(indentations, -force)[0] == pytest.approx(1.5)
     assert nmae(np.array([[1.0, 3.0]]), np.array([[-1.0, 3.0]]))[0] == pytest.approx(50.0)
     assert relative_error(np.array([1.1]), np.array([-1.0]))[0] == pytest.approx(210.0)
 

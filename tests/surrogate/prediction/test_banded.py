@@ -9,7 +9,7 @@ import pytest
 
 import surrogate
 from bem import HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.dataset.designs import QUANTITIES
+from bem.dataset.designs import Design
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import channels, edge_from_counts
@@ -97,8 +97,7 @@ def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded,
 
 
 def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert banded.predict(SCENE, []) == []
         elastic, solid = banded.predict([Scene(1.0), Scene(1.0, StandardLinearSolid(1.0))], LOADING)
     assert elastic.modulus_ratio == 1.0
@@ -107,12 +106,10 @@ def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
 
 @pytest.mark.skipif(not (PUBLISHED_BANDED / "fast").is_dir(), reason="`make pretrained` writes the models")
 def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
-    rng = np.random.default_rng(3)
-    low, high = np.log([[0.2, 2.0, 0.1, 0.001, 0.1], [3.2, 100.0, 1000.0, 3.0, 1000.0]])
-    protocols, solids = [], []
-    for tabor, *path in np.exp(rng.uniform(low, high, (80, 5))).tolist():
-        protocols.append(LoadingProtocol(**dict(zip(QUANTITIES[1:], path, strict=True))))
-        solids.append(Scene(tabor))
+    columns = Design("log-uniform").protocols(80, seed=3)
+    solids = [Scene(tabor) for tabor in columns.pop("tabor").tolist()]
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    protocols = [LoadingProtocol(**dict(zip(columns, row, strict=True))) for row in rows]
     true = [simulate(*one) for one in zip(solids, protocols, strict=True)]
     for name in BANDED:
         found = surrogate.load(name).predict(solids, protocols)

@@ -80,16 +80,12 @@ def test_the_limit_is_right_for_the_published_model():
     assert 0.1 < np.mean(~truth) < 0.3
 
 
-def test_the_signed_work_stands_in_the_summary():
+def test_signed_work_and_attached_contacts_are_told():
     backwards = ending(-9.0)
     assert backwards.work() == backwards.summary()["work"] == -27.0
     assert backwards.hysteresis == 27.0
-
-
-def test_the_command_line_reports_attached_contacts_and_negative_work():
-    line = answer.readable(0, ending(9.0), None)
-    assert "still attached at the end: the pull-off force is the largest so far" in line
-    assert "work" not in line
-    line = answer.readable(0, ending(-9.0), None)
+    attached, line = (answer.readable(0, one, None) for one in (ending(9.0), backwards))
+    assert "still attached at the end: the pull-off force is the largest so far" in attached
+    assert "work" not in attached
     assert "attached" not in line
     assert ", work -27: the contact gave energy back; not dissipation" in line

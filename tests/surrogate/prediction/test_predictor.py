@@ -7,7 +7,7 @@ import pytest
 
 import surrogate
 from bem import LoadingProtocol
-from bem.dataset.measurement_steps import proportional_counts
+from bem.dataset.measurement_steps import FMS, proportional_counts
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import ExtrapolationWarning, Surrogate
 from tests.surrogate.conftest import scaling_of, scenes
@@ -26,7 +26,7 @@ def inside(dataset):
     return *dataset.grid(indices), dataset.protocols["tabor"][indices]
 
 
-def test_prediction_inside_the_ranges_is_silent(predictor, inside):
+def test_prediction_inside_the_ranges_is_silent_alone_and_in_a_batch_at_any_time(predictor, inside):
     times, indentations, tabor = inside
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -34,13 +34,11 @@ def test_prediction_inside_the_ranges_is_silent(predictor, inside):
     assert force.shape == times.shape
     assert force.dtype == np.float64
     assert np.isfinite(force).all()
-
-
-def test_batch_and_single_agree(predictor, inside):
-    times, indentations, tabor = inside
-    batch = predictor.predict_history(times, indentations, scenes(tabor))
     single = predictor.predict_history(times[2], indentations[2], scenes(tabor)[2])
-    np.testing.assert_allclose(single, batch[2], rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(single, force[2], rtol=1e-4, atol=1e-5)
+    for shift in (-5.0, 1e3):
+        found = predictor.predict_history(times + shift, indentations, scenes(tabor))
+        np.testing.assert_allclose(found, force, rtol=1e-6, atol=1e-5)
 
 
 def test_edge_override(predictor, inside):
@@ -70,27 +68,12 @@ def test_extrapolation_warns_once_by_name(predictor, inside):
         predictor.predict_history(times * 1e6, indentations, scenes(tabor))
 
 
-def test_a_history_may_begin_at_any_time(predictor, inside):
-    times, indentations, tabor = inside
-    base = predictor.predict_history(times, indentations, scenes(tabor))
-    for shift in (-5.0, 1e3):
-        found = predictor.predict_history(times + shift, indentations, scenes(tabor))
-        np.testing.assert_allclose(found, base, rtol=1e-6, atol=1e-5)
-
-
 def resampled(times, indentations, total):
     """The first history on another number of measurement steps."""
-    counts = proportional_counts(total)
-    corners = times[0, [0, 49, 69, 119]]
-    fine = np.concatenate(
-        [
-            np.linspace(corners[0], corners[1], counts[0]),
-            np.linspace(corners[1], corners[2], counts[1] + 1)[1:],
-            np.linspace(corners[2], corners[3], counts[2] + 1)[1:],
-        ]
-    )
-    depth = np.interp(fine, corners, indentations[0, [0, 49, 69, 119]])
-    return fine[None], depth[None]
+    ends, wanted = ([0, *(np.cumsum(one) - 1)] for one in (FMS, proportional_counts(total)))
+    places = np.interp(np.arange(total), wanted, ends)
+    corners, levels = (values[0, ends] for values in (times, indentations))
+    return np.interp(places, ends, corners)[None], np.interp(places, ends, levels)[None]
 
 
 @pytest.mark.parametrize("total", [24, 30, 90, 150, 2000])
@@ -121,12 +104,10 @@ def test_other_shapes_warn(predictor, inside):
     bump[0, :50] = 0.05 * peak * np.sin(np.linspace(0.0, np.pi, 50))
     assert "bend = " in said(new_indentations=indentations + bump)
     assert "lies outside [0, 0.005]" in said(new_indentations=indentations + bump)
-    crowded = times[0, 49] * np.linspace(0.0, 1.0, 50) ** 2
-    start = indentations[0, 0]
-    assert "step_ratio = " in said(
-        np.concatenate([crowded, times[0, 50:]])[None],
-        np.concatenate([start + (peak - start) * crowded / times[0, 49], indentations[0, 50:]])[None],
-    )
+    # The same path at instants that crowd at its start.
+    crowded = times.copy()
+    crowded[0, :50] = times[0, 49] * np.linspace(0.0, 1.0, 50) ** 2
+    assert "step_ratio = " in said(crowded, np.interp(crowded, times[0], indentations[0]))
 
 
 def test_history_without_plateau_works(predictor):

@@ -187,12 +187,8 @@ def planned(**changes):
 
 
 def twice(times, indentations, edge):
-    return (
-        np.concatenate([part, later])
-        for part, later in zip(
-            (times, indentations, edge), (times[1:] + times[-1], indentations[1:], edge[1:]), strict=True
-        )
-    )
+    later = (times[1:] + times[-1], indentations[1:], edge[1:])
+    return map(np.append, (times, indentations, edge), later)
 
 
 def stretched(times, indentations, edge):

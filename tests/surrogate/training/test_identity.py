@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from surrogate.data.dataset import Split
 from surrogate.training.identity import (
     ALIKE,
     EVERYTHING,
@@ -104,13 +103,6 @@ def test_the_digest_is_the_one_that_published_results_hold(wanted):
     content = {"dataset": wanted.dataset, "parts": wanted.parts, "recipe": RECIPE.as_dict(), "backend": ""}
     content |= {"features": "D", "architecture": "M1-concat", "extra": None}
     assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def test_a_division_has_one_digest(dataset, tmp_path):
-    split = dataset.split()
-    split.save(tmp_path / "split.json")
-    assert Split.load(tmp_path / "split.json").sha256 == split.sha256
-    assert split.with_fraction(0.5).sha256 != split.sha256
 
 
 def write_checkpoint(folder, identity):

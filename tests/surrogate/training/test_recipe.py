@@ -44,8 +44,8 @@ REFUSED = [
         WHOLE,
         'name = "mine"\npatience = 3\nspeed = 1',
         "Expected name, seed, batch_size, epochs, learning_rate, optionally "
-        "optimizer, .*, optionally plateau in a training recipe. Received: .* without seed, batch_size, epochs, learning_rate "
-        "and with patience, speed",
+        "optimizer, .*, optionally plateau in a training recipe. Received: .* without seed, batch_size, epochs, "
+        "learning_rate and with patience, speed",
     ),
     (WHOLE, "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE, "with key_0, .* key_9999"),
 ]
