@@ -28,9 +28,9 @@ import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.plots import COLOURS
 from bem.protocol import default_start_indentation
-from surrogate.posterior import Likelihood, Prior, Sample, batches, search, widened
+from surrogate.posterior import Sample, batches, draw, likelihood, search
 
-PRIOR = Prior({"tabor": (0.8, 3.2), "modulus_ratio": (0.02, 0.5), "retardation_time": (0.2, 5.0)})
+PRIOR = {"tabor": (0.8, 3.2), "modulus_ratio": (0.02, 0.5), "retardation_time": (0.2, 5.0)}
 TRUE = (1.37, 0.113, 1.21)
 PEAK, APPROACH, DWELL, RETRACTION = 15.0, 10.0, 0.5, 30.0  # h0, h0/s, s, h0/s
 LAST = -1.7
@@ -143,36 +143,36 @@ def infer(
     """
     clock = time.process_time()
     forces = partial(predicted, model)
-    exact = Likelihood(measured, noise)
-    around = widened(search(forces, exact, PRIOR, seed=seed), 3.0)
-    near = PRIOR.draw(CALIBRATION, seed + 100, around).logarithms
+    exact = likelihood(measured, noise)
+    around = search(forces, exact, PRIOR, seed=seed, wider=3.6)
+    near = draw(PRIOR, CALIBRATION, seed + 100, around).logarithms
     true = np.concatenate([simulated(part) for part in show(batches(near, 16), "error of the surrogate")])
-    careful = Likelihood(measured, noise, true - forces(near))
+    careful = likelihood(measured, noise, true - forces(near))
     proposal = search(forces, careful, PRIOR, start=around, seed=seed + 200)
     searched = time.process_time() - clock
 
     clock = time.process_time()
-    sample = PRIOR.draw(samples, seed + 300, proposal)
+    sample = draw(PRIOR, samples, seed + 300, proposal)
     rows = [(careful(one), exact(one)) for one in map(forces, show(batches(sample.logarithms), SURROGATE))]
     both = [np.concatenate(found) for found in zip(*rows, strict=True)]
     posteriors = {name: sample.times(found) for name, found in zip((SURROGATE, IGNORED), both, strict=True)}
     seconds = {SURROGATE: (time.process_time() - clock) / len(sample)}
 
     clock = time.process_time()
-    sample = PRIOR.draw(solver_samples, seed + 400, proposal)
+    sample = draw(PRIOR, solver_samples, seed + 400, proposal)
     found = [exact(simulated(part)) for part in show(batches(sample.logarithms, 16), SOLVER)]
     posteriors[SOLVER] = sample.times(np.concatenate(found))
     seconds[SOLVER] = (time.process_time() - clock) / len(sample)
     return Inference(posteriors, seconds, searched)
 
 
-def draw(found: Inference, true: tuple[float, ...], path: str) -> None:
+def draw_densities(found: Inference, true: tuple[float, ...], path: str) -> None:
     """Density of each parameter."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 2.8), layout="constrained")
     panels = figure.subplots(1, 3)
-    for column, (axes, name, expected) in enumerate(zip(panels, PRIOR.bounds, true, strict=True)):
+    for column, (axes, name, expected) in enumerate(zip(panels, PRIOR, true, strict=True)):
         for tool, sample in found.posteriors.items():
             values, bins = np.exp(sample.logarithms[:, column]), 25 if tool == SOLVER else 80
             look = {"histtype": "step", "color": SHADES[tool], "label": tool}
@@ -207,15 +207,15 @@ def main() -> None:
     measured, noise = measured_curve(TRUE)
     model = surrogate.load("fast")
     found = infer(measured, noise, model, samples=chosen.samples, solver_samples=chosen.solver_samples, show=shown)
-    print("true", dict(zip(PRIOR.bounds, TRUE, strict=True)))
+    print("true", dict(zip(PRIOR, TRUE, strict=True)))
     for name, sample in found.posteriors.items():
         print(f"{name}, {len(sample)} samples, as good as {sample.effective:.0f} of equal weight:")
         rows = sample.summary()
-        for parameter, mean, low, high in zip(PRIOR.bounds, rows["mean"], rows["low"], rows["high"], strict=True):
+        for parameter, mean, low, high in zip(PRIOR, rows["mean"], rows["low"], rows["high"], strict=True):
             print(f"  {parameter:16} {mean:.4f}, 95 % interval {low:.4f} to {high:.4f}")
     costs = ", ".join(f"{name} {1e3 * seconds:.3f} ms" for name, seconds in found.seconds.items())
     print(f"processor time of a sample: {costs}; search and calibration {found.searched:.1f} s")
-    draw(found, TRUE, chosen.picture)
+    draw_densities(found, TRUE, chosen.picture)
 
 
 if __name__ == "__main__":

@@ -37,12 +37,14 @@ POWERS = 0.5 ** np.arange(50.0)
 BATCH = 1024
 """Curves that are computed at a time."""
 
-Model = Callable[[np.ndarray], np.ndarray]
-"""Predicts curves of shape (n, m) for logarithms of parameters of shape (n, p)."""
+Map = Callable[[np.ndarray], np.ndarray]
+"""A model predicts curves of shape (n, m) for logarithms of parameters (n, p), a likelihood has logarithms for them."""
+Bounds = Mapping[str, tuple[float, float]]
+"""Lower and upper bound by the name of the parameter, above zero; the prior is uniform between their logarithms."""
 
 
-class Likelihood:
-    """Gaussian likelihood of a measured curve, up to a constant factor.
+def likelihood(measured: np.ndarray, noise: float, errors: np.ndarray | None = None) -> Map:
+    """Return the logarithm of the Gaussian likelihood of a measured curve, as a function.
 
     Args:
         measured: The curve, shape (m,).
@@ -50,26 +52,24 @@ class Likelihood:
         errors: By what the true curve exceeds the model's at some parameters, shape (n, m); rows that are not finite
             are left out. `None`: the model has no error.
 
+    Returns:
+        A function of predicted curves (n, m); of one that is not finite, its value is minus infinity.
+
     Raises:
         ValueError: The noise is not above zero, or fewer than two errors are finite.
     """
-
-    def __init__(self, measured: np.ndarray, noise: float, errors: np.ndarray | None = None) -> None:
-        if not noise > 0.0:
-            raise ValueError(f"noise must lie above 0; received {noise!r}")
-        expected, covariance = measured, noise**2 * np.eye(measured.size)
-        if errors is not None:
-            errors = errors[np.all(np.isfinite(errors), axis=1)]
-            if len(errors) < 2:
-                raise ValueError(f"errors must be known at two parameters at least; received {len(errors)}")
-            expected = measured - errors.mean(axis=0)
-            # The mean of n errors is itself uncertain by one n-th of their covariance.
-            covariance += (1.0 + 1.0 / len(errors)) * np.cov(errors, rowvar=False)
-        self._normal = multivariate_normal(expected, covariance)
-
-    def __call__(self, curves: np.ndarray) -> np.ndarray:
-        """Logarithm for predicted curves (n, m), shape (n,); minus infinity for a curve that is not finite."""
-        return np.nan_to_num(np.atleast_1d(self._normal.logpdf(curves)), nan=-np.inf, neginf=-np.inf)
+    if not noise > 0.0:
+        raise ValueError(f"noise must lie above 0; received {noise!r}")
+    expected, covariance = measured, noise**2 * np.eye(measured.size)
+    if errors is not None:
+        errors = errors[np.all(np.isfinite(errors), axis=1)]
+        if len(errors) < 2:
+            raise ValueError(f"errors must be known at two parameters at least; received {len(errors)}")
+        expected = measured - errors.mean(axis=0)
+        # The mean of n errors is itself uncertain by one n-th of their covariance.
+        covariance += (1.0 + 1.0 / len(errors)) * np.cov(errors, rowvar=False)
+    density = multivariate_normal(expected, covariance).logpdf
+    return lambda curves: np.nan_to_num(np.atleast_1d(density(curves)), nan=-np.inf, neginf=-np.inf)
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class Sample:
 
     def proposal(self, wider: float = WIDER) -> Any:
         """Student distribution about the mean, its matrix the covariance times the square of `wider`."""
-        centre = self.weights @ self.logarithms
-        return _student(centre, wider**2 * np.cov(self.logarithms, rowvar=False, aweights=self.weights))
+        shape = wider**2 * np.cov(self.logarithms, rowvar=False, aweights=self.weights)
+        return multivariate_t(self.weights @ self.logarithms, shape, FREEDOM)
 
     def summary(self) -> dict[str, np.ndarray]:
         """Mean, standard deviation and ends of the 95 % interval of the parameters, each of shape (p,)."""
@@ -114,34 +114,25 @@ class Sample:
         return Sample(self.logarithms, self.log_weights + log_likelihood)
 
 
-@dataclass(frozen=True)
-class Prior:
-    """Parameters that lie between bounds, uniform in their logarithms.
+def draw(bounds: Bounds, count: int, seed: int, proposal: Any = None) -> Sample:
+    """Draw samples whose weights make them those of the prior.
 
     Args:
-        bounds: Lower and upper one, above zero, by the name of the parameter.
+        bounds: Those of the prior.
+        count: How many are drawn; those of a proposal that lie outside of the bounds are left out.
+        seed: Of the draw.
+        proposal: What they are drawn from, such as `Sample.proposal`; by default the prior itself.
+
+    Returns:
+        The samples, as logarithms of the parameters, with their weights.
     """
-
-    bounds: Mapping[str, tuple[float, float]]
-
-    def draw(self, count: int, seed: int, proposal: Any = None) -> Sample:
-        """Draw samples whose weights make them those of the prior.
-
-        Args:
-            count: How many are drawn; those of a proposal that lie outside of the bounds are left out.
-            seed: Of the draw.
-            proposal: What they are drawn from, such as `Sample.proposal`; by default the prior itself.
-
-        Returns:
-            The samples, as logarithms of the parameters, with their weights.
-        """
-        low, high = np.log(list(self.bounds.values())).T
-        rng = np.random.default_rng(seed)
-        if proposal is None:
-            return Sample(rng.uniform(low, high, (count, low.size)), np.zeros(count))
-        points = np.atleast_2d(proposal.rvs(count, random_state=rng))
-        points = points[np.all((points >= low) & (points <= high), axis=1)]
-        return Sample(points, -np.atleast_1d(proposal.logpdf(points)))
+    low, high = np.log(list(bounds.values())).T
+    rng = np.random.default_rng(seed)
+    if proposal is None:
+        return Sample(rng.uniform(low, high, (count, low.size)), np.zeros(count))
+    points = np.atleast_2d(proposal.rvs(count, random_state=rng))
+    points = points[np.all((points >= low) & (points <= high), axis=1)]
+    return Sample(points, -np.atleast_1d(proposal.logpdf(points)))
 
 
 def batches(points: np.ndarray, size: int = BATCH) -> list[np.ndarray]:
@@ -149,13 +140,10 @@ def batches(points: np.ndarray, size: int = BATCH) -> list[np.ndarray]:
     return [points[at : at + size] for at in range(0, len(points), size)]
 
 
-def widened(proposal: Any, factor: float) -> Any:
-    """Student distribution about the same point, so many times as wide."""
-    return _student(proposal.loc, factor**2 * proposal.shape)
-
-
-def search(model: Model, likelihood: Likelihood, prior: Prior, *, start: Any = None, seed: int = 0) -> Any:
-    """Find a proposal that resembles the posterior.
+def search(
+    model: Map, likelihood: Map, bounds: Bounds, *, start: Any = None, seed: int = 0, wider: float = WIDER
+) -> Any:
+    """Find a proposal that resembles the posterior, `wider` times as wide.
 
     The first stage draws from `start`, by default the prior, each later one from the fit of the one before. A stage
     raises the likelihood to the largest of `POWERS` at which its samples are as good as `LEAST` of equal weight.
@@ -164,16 +152,13 @@ def search(model: Model, likelihood: Likelihood, prior: Prior, *, start: Any = N
         RuntimeError: The power is below 1 after `MOST_STAGES`.
     """
     for stage in range(MOST_STAGES):
-        sample = prior.draw(STAGE, seed + stage, start)
+        sample = draw(bounds, STAGE, seed + stage, start)
         found = np.concatenate([likelihood(model(part)) for part in batches(sample.logarithms)])
         power = next((one for one in POWERS if sample.times(one * found).effective >= LEAST), POWERS[-1])
-        start = sample.times(power * found).proposal()
+        fitted = sample.times(power * found)
         if power == 1.0:
-            return start
+            return fitted.proposal(wider)
+        start = fitted.proposal()
     raise RuntimeError(
         f"the search did not reach the posterior in {MOST_STAGES} stages; the likelihood was raised to {power:.2g}"
     )
-
-
-def _student(centre: np.ndarray, shape: np.ndarray) -> Any:
-    return multivariate_t(centre, shape, FREEDOM)

@@ -18,7 +18,7 @@ import numpy as np
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.protocol import default_start_indentation
-from surrogate.posterior import Likelihood, Prior, batches, search, widened
+from surrogate.posterior import batches, draw, likelihood, search
 
 TRUE = {"tabor": 1.37, "modulus_ratio": 0.113, "retardation_time": 1.21}
 PEAK, APPROACH, DWELL, RETRACTION = 15.0, 10.0, 0.5, 30.0  # h0, h0/s, s, h0/s
@@ -68,12 +68,11 @@ plt.show()
 # bounds. `search` finds where the posterior is.
 
 model = surrogate.load("fast")
-bounds = {
+prior = {
     "tabor": (0.8, 3.2),
     "modulus_ratio": (0.02, 0.5),
     "retardation_time": (0.2, 5.0),
 }
-prior = Prior(bounds)
 
 
 def predicted(logarithms):
@@ -86,7 +85,7 @@ def predicted(logarithms):
     return np.array([recorded(*row) for row in rows])
 
 
-near = search(predicted, Likelihood(measured, noise), prior)
+near = search(predicted, likelihood(measured, noise), prior, wider=3.6)
 
 # %%
 # ## The surrogate's own error
@@ -94,7 +93,7 @@ near = search(predicted, Likelihood(measured, noise), prior)
 # Simulations around the answer show by how much the surrogate is off, compared with the noise. Mean and covariance of
 # this error become a part of the likelihood.
 
-some = prior.draw(128, 1, widened(near, 3.0)).logarithms
+some = draw(prior, 128, 1, near).logarithms
 errors = solved(some) - predicted(some)
 
 figure, axes = plt.subplots(figsize=(6.0, 3.0), layout="constrained")
@@ -110,10 +109,10 @@ plt.show()
 # Twenty thousand materials are drawn, each with a weight. They are as good as a smaller number of equal weight, which
 # `effective` estimates.
 
-likelihood = Likelihood(measured, noise, errors)
-near = search(predicted, likelihood, prior, start=widened(near, 3.0))
-sample = prior.draw(20_000, 2, near)
-weights = [likelihood(predicted(part)) for part in batches(sample.logarithms)]
+judge = likelihood(measured, noise, errors)
+near = search(predicted, judge, prior, start=near)
+sample = draw(prior, 20_000, 2, near)
+weights = [judge(predicted(part)) for part in batches(sample.logarithms)]
 posterior = sample.times(np.concatenate(weights))
 print(f"{len(posterior)} samples, as good as {posterior.effective:.0f} of equal weight")
 summary = posterior.summary()

@@ -14,7 +14,7 @@ import typer
 import surrogate
 from examples import infer_material as example
 from experiments.measurements.harness import CLOCK, Seed, in_turn, progress
-from surrogate.posterior import BATCH, Likelihood, Sample
+from surrogate.posterior import BATCH, Map, Sample, likelihood
 
 ROUNDS, TIMED = 7, 32
 """Rounds of the timing, and simulations in each."""
@@ -23,7 +23,7 @@ SHOWN = 400
 """Samples of the solver that are drawn in the figure."""
 
 
-def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, float]:
+def cost(model: Any, points: np.ndarray, judge: Map) -> dict[str, float]:
     """Median processor seconds of a sample of surrogate and solver, a batch of one after some of the other.
 
     `points` are logarithms of parameters of the posterior, (n, 3), n at least `BATCH`.
@@ -31,9 +31,9 @@ def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, fl
     batch = points[:BATCH]
 
     def by_solver(turn: int) -> None:
-        likelihood(example.simulated(np.roll(points, -turn * TIMED, axis=0)[:TIMED]))
+        judge(example.simulated(np.roll(points, -turn * TIMED, axis=0)[:TIMED]))
 
-    by_surrogate = lambda _: likelihood(example.predicted(model, batch))  # noqa: E731
+    by_surrogate = lambda _: judge(example.predicted(model, batch))  # noqa: E731
     return in_turn({example.SURROGATE: (by_surrogate, len(batch)), example.SOLVER: (by_solver, TIMED)}, ROUNDS)
 
 
@@ -86,13 +86,13 @@ def study(
     with CLOCK:
         found = example.infer(measured, noise, model, **counts, seed=seed, show=progress)
     posteriors = found.posteriors
-    seconds = cost(model, posteriors[example.SURROGATE].logarithms[: 2 * BATCH], Likelihood(measured, noise))
+    seconds = cost(model, posteriors[example.SURROGATE].logarithms[: 2 * BATCH], likelihood(measured, noise))
     solver = posteriors[example.SOLVER]
     chosen = np.random.default_rng(seed).choice(len(solver), SHOWN, p=solver.weights)
     mean = posteriors[example.SURROGATE].summary()["mean"]
     return {
-        "parameters": list(example.PRIOR.bounds),
-        "prior": example.PRIOR.bounds,
+        "parameters": list(example.PRIOR),
+        "prior": example.PRIOR,
         "true": example.TRUE,
         "calibration": example.CALIBRATION,
         "posteriors": described(found),

@@ -5,6 +5,7 @@ import os
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
+import json
 import shutil
 from pathlib import Path
 
@@ -82,6 +83,24 @@ def scaling_of(dataset, features="D", split=None):
     from surrogate.training.runs import Run, fit_scaling
 
     return fit_scaling(Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features))
+
+
+def trained_as(folder, dataset, recipe, split=None, **run):
+    """What a model directory says of its training."""
+    folder.mkdir(parents=True)
+    content = {"dataset_sha256": dataset.sha256, "architecture": folder.name, "features": "D", "backend": "jax"} | run
+    (folder / "run.json").write_text(json.dumps(content))
+    (folder / "recipe.toml").write_text(recipe.to_toml())
+    (split or dataset.split()).save(folder / "split.json")
+    return folder
+
+
+def write_onnx(path, network):
+    """Export a Keras network to a file, as training does."""
+    from surrogate.export.onnx import file_content
+
+    path.write_bytes(file_content(network.model, network.scaling, name=network.name, architecture=network.name))
+    return path
 
 
 def build_by(patch, build):

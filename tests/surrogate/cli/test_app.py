@@ -11,6 +11,7 @@ from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.queue import STOPPED, run_queue
 from surrogate.training.recipe import Recipe
+from tests.surrogate.conftest import trained_as
 
 runner = CliRunner()
 
@@ -129,6 +130,20 @@ def test_train_then_evaluate(least, options, tmp_path, monkeypatch):
     assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
 
 
+@pytest.mark.parametrize(
+    "options", [["--features", "A"], ["--fraction", "0.5"], ["--split-seed", "1"], ["--extra", "x"]]
+)
+def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = runner.invoke(cli.app, ["train", "M1-concat", *options])
+    assert isinstance(result.exception, ValueError)
+    assert str(result.exception).startswith(f"Expected --label with {options[0]}, because published/models/M1-concat ")
+    for allowed in (["--label", "mine"], ["--models", "elsewhere"]):
+        result = runner.invoke(cli.app, ["train", "M1-concat", *options, *allowed])
+        # There is no data set here.
+        assert isinstance(result.exception, FileNotFoundError)
+
+
 def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(least, options, tmp_path):
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "STOP").touch()
@@ -137,14 +152,6 @@ def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(least, opti
     assert "stopped after epoch 1" in result.output
     (tmp_path / "runs" / "STOP").unlink()
     assert runner.invoke(cli.app, ["train", "M1-concat", *options]).exit_code == 0
-
-
-def publish_as(folder, data, recipe, **run):
-    folder.mkdir(parents=True)
-    content = {"dataset_sha256": data.sha256, "architecture": folder.name, "features": "D", "backend": "jax"} | run
-    (folder / "run.json").write_text(json.dumps(content))
-    (folder / "recipe.toml").write_text(recipe.to_toml())
-    data.split().save(folder / "split.json")
 
 
 def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monkeypatch):
@@ -157,10 +164,10 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
     monkeypatch.setattr(cli, "run_queue", fake_queue)
     data = TrajectoryDataset.load(tmp_path / options[3])
     recipe = Recipe.load(tmp_path / "fast.toml").with_overrides(epochs=7)
-    publish_as(tmp_path / "models" / "M1-FiLM", data, recipe)
-    publish_as(tmp_path / "models" / "M2-FiLM", data, recipe, dataset_sha256="0" * 64)
-    publish_as(tmp_path / "models" / "M3-FiLM", data, recipe.with_overrides(epochs=8))
-    publish_as(tmp_path / "models" / "M4-FiLM", data, recipe)
+    trained_as(tmp_path / "models" / "M1-FiLM", data, recipe)
+    trained_as(tmp_path / "models" / "M2-FiLM", data, recipe, dataset_sha256="0" * 64)
+    trained_as(tmp_path / "models" / "M3-FiLM", data, recipe.with_overrides(epochs=8))
+    trained_as(tmp_path / "models" / "M4-FiLM", data, recipe)
     (tmp_path / "models" / "M4-FiLM" / "run.json").write_bytes(b"\xff")
     result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7"])
     assert result.exit_code == 0, result.output
@@ -176,7 +183,7 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
     assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
 
     asked.clear()
-    publish_as(tmp_path / "models" / "M1-gated-paper", data, recipe, architecture="M1-gated")
+    trained_as(tmp_path / "models" / "M1-gated-paper", data, recipe, architecture="M1-gated")
     result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7", "--suffix", "-paper"])
     assert result.exit_code == 0, result.output
     assert len(asked) == 17

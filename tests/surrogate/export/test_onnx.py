@@ -11,8 +11,7 @@ import surrogate
 from surrogate.export.onnx import file_content
 from surrogate.prediction.files import PUBLISHED
 from surrogate.training.exporting import folder_content
-from tests.surrogate.conftest import scaling_of, scenes
-from tests.surrogate.export.exporting import write
+from tests.surrogate.conftest import scaling_of, scenes, write_onnx
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +27,7 @@ def protocols(dataset, grid):
 )
 def test_file_agrees_with_keras(name, features, stirred, protocols, tmp_path):
     backend, expected = stirred(name, features)
-    onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
+    onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
     times, indentations, tabor = protocols
     found = backend.scaling.scale_force(onnx_model.predict_history(times, indentations, scenes(tabor)))
     assert np.abs(expected).max() > 1e-2

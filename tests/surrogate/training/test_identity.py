@@ -18,22 +18,14 @@ from surrogate.training.identity import (
 )
 from surrogate.training.recipe import Recipe
 from surrogate.training.run_folder import Progress, save_progress, set_aside
+from tests.surrogate.conftest import trained_as
 
 RECIPE = Recipe.load("swift")
-RUN = {"features": "D", "backend": "tensorflow", "architecture": "M1-concat", "extra_dataset_sha256": None}
 
 
 @pytest.fixture
 def wanted(dataset):
     return TrainingIdentity.of("M1-concat", dataset, dataset.split(), RECIPE)
-
-
-def publish(folder, dataset, *, split=None, recipe=RECIPE, **run):
-    folder.mkdir()
-    (folder / "run.json").write_text(json.dumps(RUN | {"dataset_sha256": dataset.sha256} | run), encoding="utf-8")
-    (folder / "recipe.toml").write_text(recipe.to_toml(), encoding="utf-8")
-    (split or dataset.split()).save(folder / "split.json")
-    return folder
 
 
 @pytest.mark.parametrize(
@@ -50,13 +42,16 @@ def publish(folder, dataset, *, split=None, recipe=RECIPE, **run):
     ],
 )
 def test_a_model_is_trained_otherwise_unless_it_would_be_trained_so_now(published, reason, wanted, dataset, tmp_path):
-    assert trained_otherwise(publish(tmp_path / "model", dataset, **published), wanted) == reason
+    assert (
+        trained_otherwise(trained_as(tmp_path / "M1-concat", dataset, **{"recipe": RECIPE} | published), wanted)
+        == reason
+    )
 
 
 def test_a_share_of_the_training_part_or_another_division_is_another_split(wanted, dataset, tmp_path):
     others = {"share": dataset.split().with_fraction(0.5), "division": dataset.split(seed=1)}
     for name, split in others.items():
-        folder = publish(tmp_path / name, dataset, split=split)
+        folder = trained_as(tmp_path / name, dataset, RECIPE, split, architecture="M1-concat")
         assert trained_otherwise(folder, wanted) == "of another split"
     share, division = (read_identity(tmp_path / name) for name in others)
     assert differences(share, wanted, HELD_OUT) == []
@@ -67,7 +62,7 @@ def test_a_share_of_the_training_part_or_another_division_is_another_split(wante
     "file", [("split.json", "{}"), ("run.json", "[]"), ("run.json", "{}"), ("recipe.toml", "="), ("recipe.toml", None)]
 )
 def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, dataset, tmp_path):
-    folder = publish(tmp_path / "model", dataset)
+    folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
     if file[1] is None:
         (folder / file[0]).unlink()
     else:

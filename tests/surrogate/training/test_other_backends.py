@@ -65,3 +65,49 @@ def test_two_steps_under_another_backend(backend, dataset, dataset_path, tmp_pat
     assert np.abs(forces[backend, "soap"] - forces["tensorflow", "soap"]).max() < 0.5 * moved
     runs = [json.loads((tmp_path / name / "soap" / "model" / "run.json").read_text()) for name in names]
     assert [run["backend"] for run in runs] == [*names]
+
+
+COMPARED = """
+import keras, numpy as np
+import surrogate
+from surrogate.training.torch_lstm import TorchLSTM
+from surrogate.training.fitting import with_fused_lstm
+
+draw = np.random.default_rng(0)
+sequence, tabor, force = (draw.normal(size=shape).astype("float32") for shape in ((4, 30, 4), (4, 1), (4, 30, 1)))
+for name in surrogate.names():
+    keras.utils.set_random_seed(0)
+    model = surrogate.build(name)
+    fused = with_fused_lstm(model)
+    lstms = [sum(isinstance(layer, kind) for layer in one.layers)
+             for one, kind in ((model, keras.layers.LSTM), (fused, TorchLSTM))]
+    assert lstms[0] == lstms[1]
+    assert [weight.path for weight in fused.weights] == [weight.path for weight in model.weights]
+    for one in (model, fused):
+        one.compile(keras.optimizers.SGD(0.1), loss="mse")
+    for _ in range(2):
+        np.testing.assert_allclose(*(one.predict_on_batch([sequence, tabor]) for one in (fused, model)), atol=1e-5)
+        for one in (model, fused):
+            keras.utils.set_random_seed(1)  # of the dropout
+            one.train_on_batch([sequence, tabor], force)
+    for one, other in zip(fused.get_weights(), model.get_weights(), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-5)
+"""
+
+
+UNUSUAL = """
+import keras, numpy as np
+from surrogate.training.torch_lstm import with_torch_lstm
+
+sequence = keras.Input((9, 2))
+reverse = keras.layers.LSTM(3, go_backwards=True, return_sequences=True)(sequence)
+model = keras.Model(sequence, keras.layers.LSTM(3, activation="relu")(reverse))
+data = np.random.default_rng(0).normal(size=(4, 9, 2)).astype("float32")
+np.testing.assert_allclose(*(one.predict_on_batch(data) for one in (with_torch_lstm(model), model)), atol=1e-6)
+"""
+
+
+@pytest.mark.parametrize("code", [COMPARED, UNUSUAL], ids=["the paper's", "other layers"])
+def test_under_torch_a_fused_copy_predicts_and_learns_as_its_model_and_leaves_other_layers_to_keras(code):
+    pytest.importorskip("torch")
+    subprocess.run([sys.executable, "-c", code], env={**os.environ, "KERAS_BACKEND": "torch"}, check=True)

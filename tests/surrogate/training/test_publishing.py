@@ -9,12 +9,12 @@ from typer.testing import CliRunner
 from experiments.common import load_surrogate
 from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
-from surrogate.data.dataset import TrajectoryDataset
 from surrogate.prediction.files import find_model
 from surrogate.training.model_directory import CARD, CARD_MARK, model_name, publish, require_place
 from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run
+from tests.surrogate.conftest import trained_as
 
 PATHS = ["../victim", "/tmp/victim", ".", "..", "", "a/b", "a\\b", ".hidden", "-r", "a b", "a\n", "é", "n" * 65]
 
@@ -140,20 +140,10 @@ def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("label", ["M2-concat", "mine"])
-def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, dataset_path, monkeypatch):
+def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, dataset, dataset_path, monkeypatch):
     recipe = tmp_path / "mine.toml"
     recipe.write_text('name = "mine"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n')
-    data = TrajectoryDataset.load(dataset_path)
-    found = {
-        "dataset_sha256": data.sha256,
-        "features": "D",
-        "architecture": "M1-concat",
-        "backend": "jax",
-        "name": label,
-    }
-    place = model_directory(tmp_path / "models" / label, **found)
-    (place / "recipe.toml").write_text(Recipe.load(recipe).to_toml())
-    data.split().save(place / "split.json")
+    place = trained_as(tmp_path / "models" / label, dataset, Recipe.load(recipe), architecture="M1-concat")
     before = contents(tmp_path)
     monkeypatch.setattr(cli, "import_keras", lambda: pytest.fail("the training began"))
     words = ["train", "M1-concat", "--label", label, "--dataset", str(dataset_path), "--recipe", str(recipe)]
