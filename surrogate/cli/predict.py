@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from surrogate.cli.answer import USUAL_MODULUS_RATIO, Answer, readable
-
 if TYPE_CHECKING:
     from bem.scene import Scene
+    from surrogate.cli.comparison import Answer
     from surrogate.cli.predict_io import Table
     from surrogate.prediction.predictor import Surrogate
 
 RATIO = "modulus_ratio"
+USUAL_MODULUS_RATIO = 0.1
+"""Modulus ratio of the published data set, where neither a model nor the user says another."""
 
 ArchitectureOption = Annotated[
     list[Path] | None,
@@ -76,7 +77,7 @@ def predict(
     import surrogate
     from bem._support.outputs import IMAGES, Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
-    from surrogate.cli.comparison import plot_predictions
+    from surrogate.cli.comparison import plot_predictions, readable
     from surrogate.cli.predict_io import to_json, write_protocols, write_trajectories
     from surrogate.prediction.validity import advice
 
@@ -179,6 +180,7 @@ def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None
 
 def _of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
     """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
+    from surrogate.cli.comparison import Answer
     from surrogate.prediction.validity import ExtrapolationWarning
 
     protocols, tabor = table.protocols(), table.columns["tabor"]
@@ -192,6 +194,7 @@ def _of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float 
 
 def _along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
     """Predict along the history of a file."""
+    from surrogate.cli.comparison import Answer
     from surrogate.prediction.measured import predict_measured
 
     columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]

@@ -35,7 +35,7 @@ from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
-from surrogate.cli.answer import Answer
+from surrogate.cli.comparison import Answer
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"

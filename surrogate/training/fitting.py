@@ -194,11 +194,8 @@ class Meter(keras.callbacks.Callback):
 
     def on_epoch_begin(self, epoch: int, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
         """Start the clocks, and set the random state of dropout, which a weights file does not hold."""
-        recipe = self.batches.recipe
         self.batches.shuffle(epoch)
-        if recipe.dropout_until is not None and epoch + 1 > recipe.dropout_until * recipe.epochs:
-            _switch_off_dropout(self.model)
-        _seed_dropout(self.model, recipe.seed, epoch)
+        _set_dropout(self.model, self.batches.recipe, epoch)
         self.started = time.perf_counter(), time.process_time()
 
     def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
@@ -306,30 +303,23 @@ def _learning_rate(model: keras.Model) -> float:
     return float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
 
 
-def _active_dropout(model: keras.Model) -> list[keras.layers.Dropout]:
-    """Return the dropout layers of a model, nested ones included, whose rate is above zero."""
-    return [layer for layer in model._flatten_layers() if isinstance(layer, keras.layers.Dropout) and layer.rate > 0.0]
-
-
-def _switch_off_dropout(model: keras.Model) -> None:
-    if layers := _active_dropout(model):
-        for layer in layers:
-            layer.rate = 0.0
-        model.make_train_function(force=True)  # the compiled function holds the old rates
-
-
-def _seed_dropout(model: keras.Model, seed: int, epoch: int) -> None:
-    """Set the random state of dropout from (seed, epoch).
+def _set_dropout(model: keras.Model, recipe: Recipe, epoch: int) -> None:
+    """Switch dropout off where the recipe says so, and set its random state from (seed, epoch).
 
     Under PyTorch the process has one random state; under other backends each dropout layer has its own.
     """
+    layers = [one for one in model._flatten_layers() if isinstance(one, keras.layers.Dropout) and one.rate > 0.0]
+    if layers and recipe.dropout_until is not None and epoch + 1 > recipe.dropout_until * recipe.epochs:
+        while layers:
+            layers.pop().rate = 0.0
+        model.make_train_function(force=True)  # the compiled function holds the old rates
     if keras.backend.backend() == "torch":
         import torch
 
-        torch.manual_seed(int(np.random.default_rng([seed, epoch]).integers(2**31)))
-    for index, layer in enumerate(_active_dropout(model)):
+        torch.manual_seed(int(np.random.default_rng([recipe.seed, epoch]).integers(2**31)))
+    for index, layer in enumerate(layers):
         state = layer.seed_generator.state
-        state.assign(np.random.default_rng([seed, epoch, index]).integers(2**31, size=state.shape))
+        state.assign(np.random.default_rng([recipe.seed, epoch, index]).integers(2**31, size=state.shape))
 
 
 def _best(folder: Path, epoch: int) -> Path:

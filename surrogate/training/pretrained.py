@@ -192,14 +192,10 @@ def train_model(
             "dataset_sha256": data.sha256,
         }
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
-        calibrate(target, OnnxNetwork(content, scaling, name), calibrating)
+        found = judged(OnnxNetwork(content, scaling, name), calibrating)
+        _write_bands(target, Bands.calibrate(scaling.ranges, *found, len(calibrating[0][1])))
         seal_folder(target)
     return target
-
-
-def calibrate(folder: Path, trained: OnnxNetwork, parts: list[Part]) -> None:
-    """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
-    _write_bands(folder, Bands.calibrate(trained.scaling.ranges, *judged(trained, parts), len(parts[0][1])))
 
 
 def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:

@@ -10,7 +10,7 @@ from bem import LoadingProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from surrogate import ExtrapolationWarning
-from surrogate.cli import answer
+from surrogate.cli.comparison import readable
 from surrogate.prediction.predicted import FORCE_DOUBT, predicted_trajectory
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.predicting import PROTOCOL, SCENE
@@ -84,7 +84,7 @@ def test_signed_work_and_attached_contacts_are_told():
     backwards = ending(-9.0)
     assert backwards.work() == backwards.summary()["work"] == -27.0
     assert backwards.hysteresis == 27.0
-    attached, line = (answer.readable(0, one, None) for one in (ending(9.0), backwards))
+    attached, line = (readable(0, one, None) for one in (ending(9.0), backwards))
     assert "still attached at the end: the pull-off force is the largest so far" in attached
     assert "work" not in attached
     assert "attached" not in line
