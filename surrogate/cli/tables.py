@@ -39,7 +39,8 @@ def model_table(roots: Sequence[Path]) -> str:
     """
     found: dict[str, tuple[str, ...]] = {}
     for root in roots:
-        others = _other_forces(root)
+        # Trained on other forces than those of the data set.
+        others = _read(root.parent / "model_forces.json", lambda content: list(content["others"]), [])
         for path in sorted(root.glob("[!.]*/metrics.json")):
             *row, training = _published(path)
             words = [training] if training else []
@@ -92,11 +93,6 @@ def _published(path: Path) -> tuple[str, ...]:
         raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
     errors = (f"{medians[quantity]:.2f} %" if quantity in medians else "" for quantity in ERRORS)
     return (path.parent.name, *numbers, *errors, _training(path.parent))
-
-
-def _other_forces(root: Path) -> list[str]:
-    """Return the models that `model_forces.json` lists as trained on other forces than those of the data set."""
-    return _read(root.parent / "model_forces.json", lambda content: list(content["others"]), [])
 
 
 def _training(folder: Path) -> str:

@@ -81,7 +81,9 @@ def _channel(graph: OnnxGraph, name: str) -> Value:
         "time": lambda: times,
         "indentation": lambda: indentations,
         "velocity": lambda: _slope(times, indentations),
-        "acceleration": lambda: _moving_average(graph, _slope(times, _slope(times, indentations))),
+        "acceleration": lambda: graph.scan(
+            AVERAGE, graph.named("tabor") * 0.0, _slope(times, _slope(times, indentations)), axis=1
+        ),
         "edge": lambda: graph.named("edge"),
         "log_step": lambda: graph.after_zero(graph.add("Log", times.rise())),
         "hertz": lambda: _hertz(graph),
@@ -128,8 +130,3 @@ def _lost(graph: OnnxGraph, steps: Value) -> Value:
     """1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits."""
     half = graph.add("Tanh", 0.5 * steps)
     return (half + half) / (1.0 + half)
-
-
-def _moving_average(graph: OnnxGraph, source: Value) -> Value:
-    """Add an exponential moving average along the steps, with the initial value zero."""
-    return graph.scan(AVERAGE, graph.named("tabor") * 0.0, source, axis=1)

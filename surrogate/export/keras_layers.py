@@ -49,14 +49,19 @@ def add_network(
         if kind == "InputLayer":
             continue
         # Operations outside layers, such as those of `keras.ops`, and layers of users may have the same class names.
-        if kind not in _LAYERS or name not in layers or _package(layers[name]) not in ("keras", "surrogate"):
+        package = type(layers.get(name)).__module__.partition(".")[0]
+        if kind not in _LAYERS or package not in ("keras", "surrogate"):
             raise NotExportableError(f"Expected layers of the kinds {', '.join(_LAYERS)}. Received: {kind} {name!r}")
         if len(nodes) != 1 or _sources(nodes[0]["kwargs"]):
             raise NotExportableError(
                 f"Expected every layer called once, on its inputs in their order. Received: {kind} {name!r}, called "
                 f"{f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs'}"
             )
-        if kind not in ("Dense", "Dropout") and len(_first_input(layers[name]).shape) != 3:
+        given = layers[name].input
+        if (
+            kind not in ("Dense", "Dropout")
+            and len((given[0] if isinstance(given, list | tuple) else given).shape) != 3
+        ):
             raise NotExportableError(f"Expected {kind} on a sequence. Received: layer {name!r} on the Tabor parameter")
         if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {bad[0]} of {model.name}")
@@ -68,14 +73,6 @@ def add_network(
 
 def _unsupported(expected: str, layer: Any, received: str = "") -> NotExportableError:
     return NotExportableError(f"Expected {expected}. Received: {received}layer {layer.name!r}")
-
-
-def _package(layer: Any) -> str:
-    return type(layer).__module__.partition(".")[0]
-
-
-def _first_input(layer: Any) -> Any:
-    return layer.input[0] if isinstance(layer.input, list | tuple) else layer.input
 
 
 def _sources(arguments: Any) -> list[str]:
@@ -167,11 +164,6 @@ def _add(_: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     return inputs[0] + inputs[1]
 
 
-def _dropout(_graph: OnnxGraph, _layer: Any, inputs: list[Value]) -> Value:
-    """Return the input: dropout has no effect in prediction."""
-    return inputs[0]
-
-
 def _film(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
     prefix = f"{layer.name}/"
     context = _dense(graph, layer.context, [inputs[1]], prefix)
@@ -230,7 +222,7 @@ _LAYERS: dict[str, Callable[..., Value]] = {
     "Add": _add,
     "Conv1D": _convolve,
     "Dense": _dense,
-    "Dropout": _dropout,
+    "Dropout": lambda _graph, _layer, inputs: inputs[0],  # without effect in prediction
     "EncoderBlock": _encoder_block,
     "FiLM": _film,
     "LSTM": _lstm,

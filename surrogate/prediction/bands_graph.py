@@ -76,10 +76,15 @@ def add_bands(
         for first, stop in ((0, loading), (turn, steps))
     ]
     hysteresis = graph.add("Abs", works[0] + works[1])
-    corners = [one.pick(0, loading - 1, turn, steps - 1) for one in (times, indentations)]
-    known = graph.add("Concat", *_protocol(graph, *corners), axis=1)
+    instants, levels = (one.pick(0, loading - 1, turn, steps - 1) for one in (times, indentations))
+    durations = instants.rise()
+    rates = levels.rise() / durations
+    tabor, ratio = (graph.named(name).expand(1) for name in ("tabor", RATIO))
+    # In the order of `KNOWN`.
+    protocol = (tabor, levels.pick(1), rates.pick(0), durations.pick(1), -rates.pick(2), ratio)
+    known = graph.add("Concat", *protocol, axis=1)
     half, group = _half_widths(graph, graph.add("Concat", known, sharpness, axis=1), bands)
-    outside = _outside(graph, known, corners[1].pick(0), scaling)
+    outside = _outside(graph, known, levels.pick(0), scaling)
     pull_off_width, time_width, hysteresis_width, *widths = (half.pick(row) for row in range(len(RESULTS + BANDS)))
     unit = graph.add("Max", hysteresis, 0.01 * graph.add("Abs", works[0]), 1e-300)
     found = {
@@ -129,7 +134,9 @@ def _work(graph: OnnxGraph, times: Value, indentations: Value, force: Value) -> 
     weight, next_weight = 2.0 * after + before, after + 2.0 * before
     mean = (weight + next_weight) / (weight / left + next_weight / right)
     inner = graph.add("Where", left * right > 0.0, mean, 0.0)
-    near, far, chord_end, chord_next = (one.pick(*ends) for one in (width, _inward(width), chord, _inward(chord)))
+    near, far, chord_end, chord_next = (
+        one.pick(*ends) for one in (width, width.columns(1, -1), chord, chord.columns(1, -1))
+    )
     slope = ((2.0 * near + far) * chord_end - near * chord_next) / (near + far)
     steep = graph.add("Abs", slope) > 3.0 * graph.add("Abs", chord_end)
     limited = graph.add("Where", (chord_end * chord_next > 0.0) | graph.add("Not", steep), slope, 3.0 * chord_end)
@@ -139,19 +146,6 @@ def _work(graph: OnnxGraph, times: Value, indentations: Value, force: Value) -> 
     area = graph.add("ReduceSum", width * (halves - width * slopes.rise() / 12.0), [1])
     travel, duration = (one.pick(*ends).rise() for one in (indentations, times))
     return -(area * travel / duration)
-
-
-def _inward(values: Value) -> Value:
-    """Leave out the first and the last column."""
-    return values.columns(1, -1)
-
-
-def _protocol(graph: OnnxGraph, instants: Value, levels: Value) -> list[Value]:
-    """The quantities `KNOWN`, each (batch, 1), from instants and indentations of the corners, (batch, 4)."""
-    durations = instants.rise()
-    rates = levels.rise() / durations
-    tabor, ratio = (graph.named(name).expand(1) for name in ("tabor", RATIO))
-    return [tabor, levels.pick(1), rates.pick(0), durations.pick(1), -rates.pick(2), ratio]
 
 
 def _half_widths(graph: OnnxGraph, known: Value, bands: Bands) -> tuple[Value, Value]:

@@ -52,21 +52,10 @@ SCALED = 60_000
 """Trajectories in the box from which the scaling of a new model is computed."""
 
 
-@dataclass(frozen=True)
-class Definition:
-    """What a pretrained model is.
-
-    Args:
-        units: Of each LSTM.
-        recipe: How it is trained.
-        held_out: How many of the last trajectories in the box choose the epoch, and how many calibrate the bands.
-    """
-
-    units: tuple[int, ...]
-    recipe: Recipe
-    held_out: tuple[int, int] = (8_000, 14_016)
-
-
+HELD_OUT = (8_000, 14_016)
+"""How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
+UNITS = {"fast": (64,), "accurate": (128, 64)}
+"""Of each LSTM, by the name of the model."""
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
@@ -78,10 +67,7 @@ _RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=0.1),
 )
-DEFINITIONS = {
-    "fast": Definition((64,), replace(_RECIPE, learning_rate=4e-3)),
-    "accurate": Definition((128, 64), _RECIPE),
-}
+RECIPES = {"fast": replace(_RECIPE, learning_rate=4e-3), "accurate": _RECIPE}
 
 
 @dataclass(frozen=True)
@@ -139,10 +125,12 @@ def network(units: tuple[int, ...]) -> keras.Model:
 
 def train_model(
     name: str,
-    definition: Definition,
+    units: tuple[int, ...],
+    recipe: Recipe,
     data: Data,
     folder: Path,
     *,
+    held_out: tuple[int, int] = HELD_OUT,
     start: Path | None = None,
     command: str = "",
     report: Report = lambda *_: None,
@@ -151,22 +139,22 @@ def train_model(
 
     With `start`, the folder of a published model, training goes on from its weights, with its scaling.
     """
-    recipe, (training, choosing, calibrating) = definition.recipe, data.divided(definition.held_out)
-    model = started(lambda: network(definition.units), recipe.seed)
+    training, choosing, calibrating = data.divided(held_out)
+    model = started(lambda: network(units), recipe.seed)
     if start is None:
         box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
         scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
     else:
         model.set_weights(weights_of(start / ONNX_NAME))
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
-    asked = {"units": list(definition.units), "dataset": data.sha256, "recipe": recipe.as_dict()}
+    asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe.as_dict()}
     asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
     with locked(folder, asked):
         examples = (joined_examples(parts, scaling) for parts in (training, choosing))
         progress = fit(model, *examples, recipe, folder, facts=asked, report=report)
         target = folder / name
         target.mkdir(exist_ok=True)
-        content = network_content(with_weights(network(definition.units), model), FEATURES, name)
+        content = network_content(with_weights(network(units), model), FEATURES, name)
         (target / ONNX_NAME).write_bytes(content)
         scaling.save(target / "scaling.json")
         shutil.copyfile(folder / "history.csv", target / "history.csv")
@@ -175,7 +163,7 @@ def train_model(
             "format_version": 1,
             "name": name,
             "features": FEATURES,
-            "units": list(definition.units),
+            "units": list(units),
             "parameters": model.count_params(),
             "counts": list(data.box.points_per_phase),
             "training_trajectories": sum(len(rows) for _, rows in training),
@@ -242,7 +230,7 @@ def weights_of(path: Path) -> list[np.ndarray]:
 def main() -> None:
     """Train the models that the command line names, and publish them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="+", choices=sorted(DEFINITIONS))
+    parser.add_argument("names", nargs="+", choices=sorted(UNITS))
     for one in Data.__annotations__:
         parser.add_argument(f"--{one}", type=Path, help="what `bem campaign` wrote, see above")
     parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
@@ -259,16 +247,15 @@ def main() -> None:
         parser.error(f"a training needs {', '.join(missing)}")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
-        definition, more = DEFINITIONS[name], ""
+        recipe, more = RECIPES[name], ""
         if chosen.epochs:
-            definition = replace(definition, recipe=replace(definition.recipe, epochs=chosen.epochs))
-            more = f" --epochs {chosen.epochs}"
+            recipe, more = replace(recipe, epochs=chosen.epochs), f" --epochs {chosen.epochs}"
         more += f" --start {chosen.start}" if chosen.start else ""
         files = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
         command = f"python -m surrogate.training.pretrained {name} {files}{more}"
         start = chosen.start and chosen.start / name
-        folder = chosen.runs / name
-        made = train_model(name, definition, data, folder, start=start, command=command, report=print_epoch)
+        given = (name, UNITS[name], recipe, data, chosen.runs / name)
+        made = train_model(*given, start=start, command=command, report=print_epoch)
         target = chosen.publish / name
         shutil.copytree(made, target, dirs_exist_ok=True)
         print(f"{name}: {target}")

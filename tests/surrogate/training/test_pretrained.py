@@ -11,9 +11,13 @@ from tests.surrogate.prediction.predicting import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
-TINY = pretrained.Definition((6,), replace(pretrained._RECIPE, epochs=1, batch_size=16), (16, 40))
+RECIPE = replace(pretrained.RECIPES["accurate"], epochs=1, batch_size=16)
 
 ELASTIC = {"modulus_ratio": np.full(COUNT, 1.0)}
+
+
+def train(data, folder, recipe=RECIPE, held_out=(16, 40), **given):
+    return pretrained.train_model("fast", (6,), recipe, data, folder, held_out=held_out, **given)
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +28,7 @@ def data():
 
 
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path):
-    folder = pretrained.train_model("fast", TINY, data, tmp_path, command="some")
+    folder = train(data, tmp_path, command="some")
     model = load_banded(folder)
     protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     found = model.predict(SCENE, protocol)
@@ -37,7 +41,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert run["calibration_trajectories"] == 40 + 2 * COUNT
     before = (folder / "model.onnx").read_bytes()
     seen = []
-    pretrained.train_model("fast", TINY, data, tmp_path, command="some", report=seen.append)
+    train(data, tmp_path, command="some", report=seen.append)
     assert seen == []
     assert (folder / "model.onnx").read_bytes() == before
     pretrained.calibrate_published(folder, replace(data.elastic, protocols={**data.elastic.protocols, **ELASTIC}))
@@ -47,14 +51,13 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
 
 
 def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path):
-    first = pretrained.train_model("fast", TINY, data, tmp_path / "first")
-    network = pretrained.network(TINY.units)
+    first = train(data, tmp_path / "first")
+    network = pretrained.network((6,))
     network.set_weights(pretrained.weights_of(first / "model.onnx"))
     model = load_banded(first)
     sequence, tabor = np.random.default_rng(0).normal(size=(2, 30, 12)).astype("f4"), np.ones((2, 1), "f4")
     np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
-    slow = replace(TINY, recipe=replace(TINY.recipe, learning_rate=1e-9))
-    again = pretrained.train_model("fast", slow, data, tmp_path / "again", start=first)
+    again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), start=first)
     for one, other in zip(*(pretrained.weights_of(path / "model.onnx") for path in (first, again)), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
     assert json.loads((again / "run.json").read_text())["start_sha256"]
@@ -64,4 +67,4 @@ def test_other_data_sets_are_refused(data, tmp_path):
     with pytest.raises(ValueError, match=r"physical steps and a range of modulus ratios"):
         replace(data, edges=replace(data.box, steps="uniform"))
     with pytest.raises(ValueError, match=r"a box of more than 1000 trajectories. Received: 160"):
-        pretrained.train_model("fast", replace(TINY, held_out=(500, 500)), data, tmp_path)
+        train(data, tmp_path, held_out=(500, 500))
