@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -29,9 +30,11 @@ def export(
     An .onnx file maps physical inputs to the physical force. A .keras file maps scaled inputs to the scaled force;
     `keras.saving.load_model` reads it after `import surrogate`.
     """
+    import surrogate
     from bem._support.outputs import Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
     from surrogate.prediction.files import find_model
+    from surrogate.prediction.loading import load_banded
 
     if file_format not in (None, "onnx", "keras"):
         raise ValueError(f"Expected the format onnx or keras. Received: {shown(file_format)}")
@@ -50,31 +53,22 @@ def export(
     written = folder / "model.onnx" if out is None else out
     with Outputs(written) as outputs:
         if as_keras:
-            import surrogate
-
             model = surrogate.load(folder, backend="keras").model
             with outputs.write(written) as part:
                 model.save(part)
         else:
-            content = _exported(folder, fresh=out is None)
+            content = None
+            if folder.name in BANDED:
+                from surrogate.prediction.bands_graph import banded_content
+
+                content = banded_content(load_banded(folder))
+            elif out is not None:  # the present file, which takes no Keras, if it belongs to the others
+                with suppress(ValueError, FileNotFoundError):
+                    content = surrogate.load(folder).network.content()
+            if content is None:
+                from surrogate.training.exporting import folder_content
+
+                content = folder_content(folder)
             with outputs.write(written) as part:
                 part.write_bytes(content)
     typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
-
-
-def _exported(folder: Path, *, fresh: bool) -> bytes:
-    """Return the ONNX file of a model directory; the present one, which takes no Keras, if it belongs to the others."""
-    import surrogate
-    from surrogate.prediction.loading import load_banded
-    from surrogate.training.exporting import folder_content
-
-    if folder.name in BANDED:
-        from surrogate.prediction.bands_graph import banded_content
-
-        return banded_content(load_banded(folder))
-    if not fresh:
-        try:
-            return surrogate.load(folder).network.content()
-        except (ValueError, FileNotFoundError):
-            pass
-    return folder_content(folder)

@@ -86,11 +86,10 @@ class _StatefulSession:
 
     def _binding(self, before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> Any:
         found = self._session.io_binding()
-        for name, values in {INPUT: self.inputs, **before}.items():
-            found.bind_input(name, "cpu", 0, np.float32, values.shape, values.ctypes.data)
-        for name, values in {f"{name}{NEXT}": values for name, values in after.items()}.items():
-            found.bind_output(name, "cpu", 0, np.float32, values.shape, values.ctypes.data)
-        found.bind_output(FORCE, "cpu", 0, np.float32, self._force.shape, self._force.ctypes.data)
+        outputs = {FORCE: self._force} | {f"{name}{NEXT}": values for name, values in after.items()}
+        for bind, ends in ((found.bind_input, {INPUT: self.inputs} | before), (found.bind_output, outputs)):
+            for name, values in ends.items():
+                bind(name, "cpu", 0, np.float32, values.shape, values.ctypes.data)
         return found
 
 

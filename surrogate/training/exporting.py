@@ -13,9 +13,8 @@ from surrogate.architectures.registry import REGISTERED
 from surrogate.data.features import edge_from_counts
 from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx import file_content
-from surrogate.export.onnx_file import session_of
 from surrogate.prediction.files import read_run, weights_sha256
-from surrogate.prediction.networks import KerasNetwork, keras_network
+from surrogate.prediction.networks import OnnxNetwork, keras_network
 
 AGREEMENT = 1e-3
 """Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
@@ -26,7 +25,8 @@ def folder_content(folder: Path) -> bytes:
 
     Raises:
         FileNotFoundError: the directory is not complete.
-        NotExportableError: a registered architecture has a layer that cannot be exported.
+        NotExportableError: a registered architecture has a layer that cannot be exported, or that computes otherwise in
+            ONNX Runtime than in Keras.
         ValueError: the weights do not fit the architecture.
     """
     run, scaling = read_run(folder)
@@ -38,26 +38,14 @@ def folder_content(folder: Path) -> bytes:
         architecture=run["architecture"],
         weights_sha256=weights_sha256(folder),
     )
-    if split_name(run["architecture"])[0] in REGISTERED:
-        _require_agreement(content, network)
+    if split_name(run["architecture"])[0] in REGISTERED:  # tests compare the 18 paper models with Keras
+        protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
+        given = (*measurement_grid(**protocols), protocols["tabor"], None, edge_from_counts(FMS, 3))
+        expected, found = network.force(*given), OnnxNetwork(content, scaling, run["name"]).force(*given)
+        differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+        if not differences.max() <= AGREEMENT:
+            raise NotExportableError(
+                f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one "
+                f"that differs by {differences.max():.1e}, because a layer computes something else than its class says"
+            )
     return content
-
-
-def _require_agreement(content: bytes, network: KerasNetwork) -> None:
-    """Compare an ONNX file with Keras on protocols inside the ranges. Tests do so for the 18 paper models.
-
-    Raises:
-        NotExportableError: they differ by more than `AGREEMENT`.
-    """
-    protocols = {name: np.linspace(*network.scaling.ranges[name], 4)[1:] for name in QUANTITIES}
-    times, indentations = measurement_grid(**protocols)
-    given = {"times": times, "indentations": indentations, "tabor": protocols["tabor"]}
-    given["edge"] = edge_from_counts(FMS, len(times))
-    expected = network.force(times, indentations, given["tabor"], None, given["edge"])
-    (found,) = session_of(content).run(["force"], given)
-    differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
-    if not differences.max() <= AGREEMENT:
-        raise NotExportableError(
-            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one that "
-            f"differs by {differences.max():.1e}, because a layer computes something else than its class says"
-        )
