@@ -167,8 +167,8 @@ def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float
         part = dataclasses.replace(data, weights=near * counts)
         problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
         fitted = problem.run(np.zeros(2))
-        # Without a force the modulus is any small number.
-        if -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
+        # Without a force the modulus is any small number, down to its bound.
+        if not fitted.at_bound and -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
             found.append(fitted.values["relaxed_modulus"])
     return found
 
