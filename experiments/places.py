@@ -7,8 +7,6 @@ does not exist. Results of the studies in `experiments/paper/` are in `RESULTS/s
 measurements, are published. Keyword-only parameters are options of the command line.
 """
 
-from __future__ import annotations
-
 import inspect
 import json
 import sys
@@ -29,11 +27,8 @@ FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "publi
 """Published files and folders whose path is the argument."""
 PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""
-OWN_FILES = {
-    "bench_solver": Path("results/solver/bench.json"),
-    "pull_off_place": HERE.parent / "bem" / "dataset" / "pull_off_place.json",
-}
-"""Results that no figure reads."""
+PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
+"""A result that belongs to the package."""
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
@@ -54,8 +49,8 @@ class Places:
             return self.taken[name]
         if name in FOLDERS:
             return self.published / FOLDERS[name]
-        if name in OWN_FILES:
-            return OWN_FILES[name]
+        if name == "pull_off_place":
+            return PULL_OFF_PLACE
         if name in PUBLISHED_STUDIES:
             return self.published / f"{name}.json"
         if (HERE / "paper" / f"{name}.py").is_file():

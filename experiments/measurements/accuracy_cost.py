@@ -10,8 +10,6 @@ states the number. Single calls of a surrogate are timed on the first `SINGLE_CA
 same number of steps, so that all calls take the same time.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

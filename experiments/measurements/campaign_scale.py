@@ -7,8 +7,6 @@
   trajectory, so that all processor seconds are due to scheduling.
 """
 
-from __future__ import annotations
-
 import resource
 import subprocess
 import sys

@@ -5,8 +5,6 @@ most scripts do it), the predictor on one protocol, and the predictor on a batch
 seconds of whole calls (`experiments.measurements.tools`), each the median of its repetitions.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

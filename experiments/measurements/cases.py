@@ -4,13 +4,12 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -44,7 +43,7 @@ class Case:
     protocol: LoadingProtocol
 
     @classmethod
-    def of(cls, row: dict[str, float]) -> Case:
+    def of(cls, row: dict[str, float]) -> Self:
         """The case of one row of columns; a modulus ratio of 1 is an elastic solid."""
         ratio = row.get("modulus_ratio", MODULUS_RATIO)
         material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
@@ -110,13 +109,13 @@ class Hidden:
     quantities: dict[str, np.ndarray]
 
     @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Hidden:
+    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Self:
         """Draw protocols in the paper's ranges."""
         found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, HIDDEN_SEED)
         return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
 
     @classmethod
-    def corners(cls, modulus_ratio: float) -> Hidden:
+    def corners(cls, modulus_ratio: float) -> Self:
         """All corners of the paper's ranges, 32 protocols."""
         columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
         quantities = dict(zip(PAPER_RANGES, columns, strict=True))
@@ -125,9 +124,9 @@ class Hidden:
     def __len__(self) -> int:
         return len(self.quantities["tabor"])
 
-    def part(self, rows: slice) -> Hidden:
+    def part(self, rows: slice) -> Self:
         """Some of the protocols."""
-        return Hidden({name: values[rows] for name, values in self.quantities.items()})
+        return type(self)({name: values[rows] for name, values in self.quantities.items()})
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""

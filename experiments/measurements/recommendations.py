@@ -7,8 +7,6 @@ recommended scene and the full scene are simulated at `ACCURACY`, and their diff
 The saving is the ratio of their seconds at standard accuracy, over the scenes that were simplified.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ where a tool does not complete. The timed work runs from the protocol to this an
 `experiments.measurements.closed_forms`, other software in `experiments.measurements.other_software`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path

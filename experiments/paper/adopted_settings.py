@@ -5,8 +5,6 @@ does not show that a result is reproduced. The closed forms of the two elastic l
 evaluates them.
 """
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 from typing import Any

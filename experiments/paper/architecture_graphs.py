@@ -4,8 +4,6 @@ For each model: its layers in order of computation, each with its kind, a short 
 parameters and the layers that it reads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

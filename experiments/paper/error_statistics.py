@@ -4,8 +4,6 @@ The study reads `test_errors.csv` of a model directory and predicts nothing. Sou
 interpretable error statistics".
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ The paper shows one trajectory, its sample (8). The study also treats every held
 and sampled at each number of steps. Source: the paper's appendix "FMS-resolution transferability".
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

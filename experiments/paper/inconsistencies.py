@@ -4,8 +4,6 @@
 `paper_values/slips.toml`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any

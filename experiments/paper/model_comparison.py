@@ -7,8 +7,6 @@ separate list; they have the same held-out part. Source: the paper's section "Mo
 on conditioning and learning curves.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Graphs of user-defined architectures: those registered by the files that `--architecture` names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -8,8 +8,6 @@ and its summary gives the distance. Source: the paper's section on the relaxed s
 protocol definitions.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

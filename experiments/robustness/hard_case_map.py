@@ -7,8 +7,6 @@ energy. The extremes are also run at coarser accuracies, at which a solver fails
 `experiments.robustness.soak`, inside the box and beyond it.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

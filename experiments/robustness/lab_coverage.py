@@ -8,8 +8,6 @@ curve alone gives. Cases are kept, so that an interrupted run continues with the
 number, the seed, the solver's version and the code of study and fit.
 """
 
-from __future__ import annotations
-
 import sys
 from functools import partial
 from pathlib import Path

@@ -5,8 +5,6 @@ installed in an environment of its own, whose Python is given; it fits a parabol
 approach. `fit` climbs its ladder, and fits Hertz to the approach with nanite's weights for the comparison.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections import Counter
@@ -20,8 +18,7 @@ from bem.lab import ForceCurve, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.lab.reading import load_afm
 from bem.lab.units import readable
-from experiments.measurements.harness import CLOCK
-from experiments.progress import progress
+from experiments.measurements.harness import CLOCK, progress
 
 RADIUS = 5e-6
 FEW = 2

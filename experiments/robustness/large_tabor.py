@@ -5,8 +5,6 @@ a spring, or by a prescribed force, at rates of over five decades. Every scene c
 that it met. Some that complete are simulated again with a quarter of the target error.
 """
 
-from __future__ import annotations
-
 from itertools import cycle, pairwise
 from typing import Annotated, Any
 

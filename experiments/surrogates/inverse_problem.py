@@ -4,8 +4,6 @@ The posterior of `examples/infer_material.py`, of a million samples by the pretr
 solver, from the same noisy curve. The seconds of a sample, from parameters to likelihood, are taken in turns.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np

@@ -12,8 +12,6 @@ differences of 5 % to either side, which every tool uses: an error is the tool's
 Errors are relative to the solver at a finer accuracy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 

@@ -5,8 +5,6 @@ and in their corners. Judged on other protocols are the residual of log s (`bem.
 of the pull-off force that the solver's own forces at the steps show, in percent.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

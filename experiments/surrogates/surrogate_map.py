@@ -5,8 +5,6 @@ trajectories, which a figure shows; and errors outside the range of training, wh
 beyond either bound by 5, 20 and 100 %, the others are random inside the box, and the exact trajectory is simulated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path

@@ -7,8 +7,6 @@ compared with the solver at its named accuracies. The paper's lines use the pape
 published or retrained after the measurement is listed by name; its seconds are not estimated.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -6,8 +6,6 @@ the result file already holds. That file is published; without it, all models ar
 section "Model-family selection" and its appendix on training-set size.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

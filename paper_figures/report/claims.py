@@ -14,8 +14,6 @@ Tolerances are in `paper_values/claims.toml`. If a result does not exist yet, th
 names the target that makes it. Claims marked `beyond` are not in the paper and get no verdict.
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Callable

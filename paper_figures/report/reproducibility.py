@@ -3,8 +3,6 @@
 `make docs-numbers` writes them into the page. Rankings come from all published seeds.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -17,7 +17,7 @@ def run(monkeypatch, capsys, *words):
     return end.value.code, capsys.readouterr()
 
 
-@pytest.mark.parametrize("name", ["bench_solver", "persson_brener"])
+@pytest.mark.parametrize("name", ["soak", "persson_brener"])
 def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
     code, said = run(monkeypatch, capsys, name, "--help")
     assert code == 0
