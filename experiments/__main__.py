@@ -18,7 +18,16 @@ from typing import Annotated, Any
 import typer
 
 from experiments.common import CONFIGS
-from experiments.places import Places, PublishedFolder, ResultsFolder, options_of, run_named, taken, with_options
+from experiments.places import (
+    LeaveOut,
+    Places,
+    PublishedFolder,
+    ResultsFolder,
+    options_of,
+    run_named,
+    taken,
+    with_options,
+)
 
 HERE = Path(__file__).parent
 
@@ -39,13 +48,21 @@ def command_of(module: ModuleType, name: str) -> Any:
         configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
         busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
+        leave_out: LeaveOut = False,
         **options: Any,
     ) -> None:
         from experiments.measurements.harness import publish, stated
 
         places = Places(results, published, configs, taken(study, options) | ({name: out} if out else {}))
         own = {one: options[one] for one in options_of(study)}  # in their order, whatever that of the command line
-        content = study(**places.arguments(study, name), **own)
+        try:
+            content = study(**places.arguments(study, name), **own)
+        except ModuleNotFoundError as error:
+            lacking = f"{name} needs {error.name}, which this installation leaves out; run `make setup` first"
+            if not leave_out:
+                raise RuntimeError(lacking) from error
+            print(f"left out: {lacking}")
+            return
         if content is not None:
             publish(places.path(name), " ".join([name, *stated(own)]), content, busy=busy)
 

@@ -32,6 +32,7 @@ PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
+LeaveOut = Annotated[bool, typer.Option("--leave-out", help="Go on without it, if what it needs is not there.")]
 
 
 @dataclass(frozen=True)

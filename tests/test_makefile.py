@@ -138,14 +138,18 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
         assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
 
 
-def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):
-    def drawn(name):
-        (tmp_path / "models" / name).mkdir(parents=True)
-        (tmp_path / "models" / name / "run.json").touch()
-        return "-m paper_figures figure-learning-curves" in commands("figures", f"PUBLISHED={tmp_path}")
-
-    found = {name: drawn(name) for name in ("M1-concat", "M1-concat-large", "M1-concat-8-epochs", "M4-gated")}
-    assert found == {"M1-concat": False, "M1-concat-large": False, "M1-concat-8-epochs": False, "M4-gated": True}
+def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
+    found = commands("paper", "cost-figures", "-B")
+    for name in ("figure-1", "figure-ranking", "table-accuracy-price"):
+        assert f"-m paper_figures {name} --results results --published published --leave-out" in found
+        assert "--leave-out" not in commands("-B", name)
+    assert (
+        "-m experiments architecture_graphs --results results --published published --configs experiments/configs --lea"
+        in found
+    )
+    report = commands("-B", "report")
+    assert "-m experiments adopted_settings" in report
+    assert "--leave-out" not in report
 
 
 @pytest.mark.parametrize(("status", "listed"), [(0, True), (1, True), (75, True), (75, False)])
@@ -240,7 +244,7 @@ def test_an_environment_of_another_checkout_is_refused(linked, tmp_path):
     assert make("-n", "help", f"VENV={venv}", check=False).returncode == 0
 
 
-def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(python, tmp_path):
+def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path):
     def run(*targets):
         return make(*targets, f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout
 
@@ -252,15 +256,10 @@ def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(p
     small = run("setup-small")
     assert "about 1 GB" in small
     assert "--require-hashes --requirement requirements-small.lock\n" in small
-    assert 'not published: figure-4 figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
-    for goal in ("figure-4", "report"):
-        assert f"{goal} needs Keras" in refused("-n", goal)
     assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
-    assert 'figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
     shutil.copy(python, own)
     assert "--require-hashes --requirement requirements.lock\n" in run("setup")
-    assert "left out" not in run("-n", "figures", f"OUT={tmp_path}/out")
