@@ -36,8 +36,8 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["own_architecture_graphs"], "Missing option '--architecture'"),
-        (["architecture_graphs", "--architecture", "a.py"], "No such option: --architecture"),
+        (["lab_files"], "Missing option '--folder'"),
+        (["dataset_statistics", "--architecture", "a.py"], "No such option: --architecture"),
         (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
         (["model_comparison", "--dataset", "no/file.h5"], "data set 'no/file.h5' not found"),
         (["amortisation", "--accuracy-cost", "no.json"], "'no.json' not found; `make measure-accuracy-cost` makes it"),
