@@ -8,8 +8,7 @@ physical steps of the pretrained models, simulated, and the third kind: protocol
 in the ranges of the pretrained models with a seed of their own. A third file has the moving contact of all of them:
 surface and traction over the radius at some instants, as whole numbers in base64.
 
-Usage: `python -m experiments.demo_curves [--count N] [--solids N] [--out FILE] [--solids-out FILE]
-[--contacts-out FILE]`.
+Usage: `python -m experiments.demo_curves`.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -21,10 +20,9 @@ import json
 from base64 import b64encode
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from scipy.stats import qmc
 
 from bem._support.command_line import run_main
@@ -167,26 +165,20 @@ def write_lines(out: Path, head: dict[str, Any], what: str, lines: list[dict[str
     body = ",\n".join(map(json.dumps, lines))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_whole(out, f'{json.dumps(facts)[:-1]}, "{what}": [\n{body}\n]}}\n')
-    typer.echo(f"{out}: {len(lines)} {what}")
+    print(f"{out}: {len(lines)} {what}")
 
 
-def main(
-    out: Annotated[Path, typer.Option(help="File of the curves on the data set's steps.")] = OUT,
-    count: Annotated[int, typer.Option(help="Trajectories of the data set's test part.")] = COUNT,
-    solids_out: Annotated[Path, typer.Option(help="File of the curves on physical steps.")] = SOLIDS_OUT,
-    solids: Annotated[int, typer.Option(help="Protocols on other solids.", min=1)] = SOLIDS,
-    contacts_out: Annotated[Path, typer.Option(help="File of the moving contacts.")] = CONTACTS_OUT,
-) -> None:
+def main() -> None:
     """Write both files of solver curves, and that of their contacts."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
     curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
-    curves += held_out_curves(dataset, split, count)
+    curves += held_out_curves(dataset, split, COUNT)
     same = {"dataset_sha256": dataset.sha256}
-    write_lines(out, {"counts": dataset.points_per_phase, **same}, "curves", curves)
-    physical = [physical_curve(curve) for curve in [*curves, *other_solids(solids)]]
-    write_lines(solids_out, {"counts": PHYSICAL, **same}, "curves", physical)
-    write_lines(contacts_out, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
+    write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
+    physical = [physical_curve(curve) for curve in [*curves, *other_solids(SOLIDS)]]
+    write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", physical)
+    write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
 
 
 if __name__ == "__main__":

@@ -83,12 +83,6 @@ def summary(points: list[dict[str, float]]) -> dict[str, float]:
     return found
 
 
-def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> float:
-    """Distance of the protocols' Tabor parameters above the model's trained range, in percent of its upper end."""
-    highest = max(protocol["tabor"] for protocol in protocols)
-    return max(0.0, 100.0 * (highest / trained.scaling.ranges["tabor"][1] - 1.0))
-
-
 def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
     trained = common.load_surrogate(config["model"], models)
@@ -97,8 +91,10 @@ def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     velocities = np.array([one["crack_velocity"] for one in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
     found = summary(points)
-    found["extrapolation_percent"] = extrapolation_percent(trained, protocols)
-    found["trained_up_to_tabor"] = trained.scaling.ranges["tabor"][1]
+    highest, trained_up_to = max(one["tabor"] for one in protocols), trained.scaling.ranges["tabor"][1]
+    # How far above the trained range, in percent of its upper end.
+    found["extrapolation_percent"] = max(0.0, 100.0 * (highest / trained_up_to - 1.0))
+    found["trained_up_to_tabor"] = trained_up_to
     limits = theory.effective_energy(np.array([0.0, LARGE]), config["modulus_ratio"])
     found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
     found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))

@@ -29,16 +29,20 @@ def test_lengths_agree_with_the_papers():
     assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
 
 
-def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated():
-    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, 3.2)}))
-    protocols = paper_rows("persson_brener_protocols")
-    assert persson_brener.extrapolation_percent(trained, protocols) == pytest.approx(1.25)
-    assert persson_brener.extrapolation_percent(trained, [{"tabor": 3.0}]) == 0.0
+@pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
+def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_to, beyond, monkeypatch):
+    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
+    monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
+    monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
+    found = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
+    assert found["extrapolation_percent"] == pytest.approx(beyond)
+
+
+POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
 
 
 def test_deviations_are_summed_up_by_median_and_largest():
-    names = ("solver", "theory", "theory_at_own_velocity", "surrogate")
-    found = persson_brener.summary([dict.fromkeys(names, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
+    found = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
     assert found["solver_against_theory_median_percent"] == pytest.approx(10.0)
     assert found["solver_against_theory_largest_percent"] == pytest.approx(300.0)
 
