@@ -11,13 +11,6 @@ from bem.dataset.measurement_steps import FMS
 from paper_figures.style import drawing
 
 
-def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw one marker for each measurement step, coloured by phase."""
-    ends = np.cumsum((0, *FMS))
-    for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
-        axes.plot(x[begin:end], y[begin:end], ".", markersize=3.2, color=color)
-
-
 def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: list[float]) -> None:
     """Draw the solver's values over time, coloured by phase, with its time steps as ticks along the bottom."""
     drawing.by_phase(axes, time, values, phase_times)
@@ -30,7 +23,7 @@ def compose(dataset_examples: Any) -> Figure:
     content = dataset_examples["mapping"]
     native = {name: np.array(values) for name, values in content["native"].items()}
     steps = {name: np.array(values) for name, values in content["steps"].items()}
-    index = np.arange(1, len(steps["time"]) + 1)
+    index, ends = np.arange(1, len(steps["time"]) + 1), np.cumsum((0, *FMS))
     drawn = drawing.figure(height=4.4)
     upper, lower = drawn.subfigures(2, 1)
     first, second = upper.subplots(1, 2), lower.subplots(1, 3)
@@ -42,7 +35,8 @@ def compose(dataset_examples: Any) -> Figure:
     for axes, quantity in zip(second, labels, strict=True):
         for boundary in np.cumsum(FMS)[:2] + 0.5:
             axes.axvline(boundary, color="0.8", linewidth=0.6, zorder=0)
-        draw_points(axes, index, steps[quantity])
+        for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
+            axes.plot(index[begin:end], steps[quantity][begin:end], ".", markersize=3.2, color=color)
         axes.set(xlabel=r"measurement step $j$", ylabel=labels[quantity])
     drawing.letters([*first, *second])
     marks = [

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullLocator
 
 from bem.plots import COLOURS
 from paper_figures.style import drawing
-from paper_figures.style.cost_style import KINDS
+from paper_figures.style.drawing import KINDS
 
 STYLES = {
     **{kind: KINDS[kind] for kind in ("solver", "paper's discretisation", "closed form")},
@@ -60,9 +60,7 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
 
 def compose(peers: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=2.9)
-    panels = drawn.subplots(1, len(TITLES), sharey=True)
-    drawing.letters(panels)
+    drawn, panels = drawing.panels(1, len(TITLES), sharey=True, height=2.9)
     for axes, (problem, title) in zip(panels, TITLES.items(), strict=True):
         draw(axes, [run for run in peers["runs"] if run["problem"] == problem])
         axes.set_title(title)

@@ -120,8 +120,5 @@ def _latex(text: str) -> str:
     # The parts at odd positions are mathematics.
     parts[::2] = [re.sub(r"([%&#_])", r"\\\1", part) for part in parts[::2]]
     joined = "$".join(parts)
-    return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", _power, joined)
-
-
-def _power(match: re.Match) -> str:
-    return rf"${match[1]}\times10^{{{int(match[2])}}}$"
+    power = lambda match: rf"${match[1]}\times10^{{{int(match[2])}}}$"  # noqa: E731
+    return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", power, joined)

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.text import Text
 
 from paper_figures.measurements import figure_accuracy_cost
-from paper_figures.style.cost_style import paper_seconds
+from paper_figures.style.drawing import paper_seconds
 from paper_figures.tables import table_accuracy_cost
 from tests.paper_figures.results import SPREAD, UNKNOWN
 from tests.processes import ROOT
