@@ -10,19 +10,13 @@ from experiments.measurements.harness import Clock, plain, stated
 from experiments.measurements.statistics import force_error, spread
 
 
-def test_plain_holds_nothing_json_cannot():
+def test_numbers_are_plain_and_spreads_and_errors_count_what_is_said():
     content = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
     assert json.dumps(plain(content), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
-
-
-def test_spread():
     assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
     assert spread([])["count"] == 0
     found = spread(range(101))
     assert [found[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
-
-
-def test_force_error_counts_what_is_said():
     exact = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]])
     found = np.array([[0.5, 1.0, np.nan], [np.nan, np.nan, np.nan]])
     np.testing.assert_allclose(force_error(found, exact), [0.125, np.nan])

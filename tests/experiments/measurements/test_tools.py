@@ -37,13 +37,10 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     assert content["unmeasured"] == ["M2-concat"]
 
 
-def test_a_loop_has_an_area_whichever_way_it_turns():
+def test_a_loop_has_an_area_whichever_way_it_turns_and_a_batch_is_shared_out(monkeypatch):
     depth, force = np.r_[np.linspace(0.0, 1.0, 60), np.linspace(1.0, 0.0, 60)], np.repeat([2.0, 0.0], 60)
     answers = tools.from_steps(np.array([force, force[::-1]]), np.array([depth, depth]))
     assert answers[:, 1] == pytest.approx(2.0)
-
-
-def test_a_batch_is_shared_out(monkeypatch):
     monkeypatch.setattr(accuracy_cost, "timed", lambda _, repeats: [8.0] * repeats)
     monkeypatch.setattr(accuracy_cost, "BATCH", 4)
     answers = {"ONNX": lambda cases: np.ones((len(cases), 122))}

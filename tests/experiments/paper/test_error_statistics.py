@@ -181,7 +181,7 @@ def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset
     assert found["comparison"]["best"] != "M7-concat"
 
 
-def test_feature_sets_differ_in_nothing_else():
+def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
     config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"], "physical": ["D"]}
     found = feature_variants(config, Path("p"))
     assert list(found) == [("sets", "A"), ("sets", "D"), ("physical", "D")]
@@ -190,9 +190,6 @@ def test_feature_sets_differ_in_nothing_else():
     assert commands[0][:2] == ["train", "M1-concat"]
     assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
-
-
-def test_shares_are_the_papers():
     config = common.read_config(common.CONFIGS / "data_efficiency.toml", *SHARES)
     found = shares(config)
     assert len(found) == 36

@@ -47,10 +47,13 @@ def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
 
-def test_memory_grows_from_the_first_half_of_the_chunks_to_the_second():
+def test_memory_grows_and_stiff_contacts_are_with_and_without_adhesion():
     row = {"status": "completed", "raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 1.0}
     chunks = [{"rows": [row], "memory": size} for size in [100] * 4 + [150] * 4]
     assert soak.summary(chunks)["memory_growth"] == pytest.approx(0.5)
+    columns = drawn("stiff", 40, 11)
+    assert set(columns["adhesion"]) == {0.0, 1.0}
+    assert columns["modulus_ratio"].max() < 0.3
 
 
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
@@ -75,12 +78,6 @@ def test_soak_sees_exceptions(monkeypatch):
     found = soak.soaked(rows_of(drawn("inside", 1, 0))[0])
     assert found["raised"]
     assert found["status"] == "ZeroDivisionError: division by zero"
-
-
-def test_stiff_contacts_are_with_and_without_adhesion():
-    columns = drawn("stiff", 40, 11)
-    assert set(columns["adhesion"]) == {0.0, 1.0}
-    assert columns["modulus_ratio"].max() < 0.3
 
 
 @pytest.mark.slow

@@ -64,14 +64,11 @@ def test_a_small_difference_on_the_same_trajectories_is_seen():
     assert statistics.probability([drawn["a"]], [drawn["b"]]) > 0.95
 
 
-def test_equal_models_are_a_tie_of_one_half():
+def test_equal_models_are_a_tie_and_of_several_the_best_counts():
     replicates = np.ones((2, 10))
     assert statistics.probability([replicates[0]], [replicates[1]]) == 0.5
     assert statistics.decision(0.5) == statistics.TIE
     assert statistics.decision(None) == statistics.NOT_DECIDED
-
-
-def test_of_several_models_the_best_counts():
     drawn = {metric: {"a": np.full(9, 2.0), "b": np.full(9, 3.0), "c": np.full(9, 1.0)} for metric in ranking.COLUMNS}
     (pair,) = statistics.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
     assert pair["probability"]["test_mse"] == 0.0

@@ -40,7 +40,7 @@ def test_figure_7_counts_every_trajectory_once(errors):
     assert {line.get_label(): to_rgba(line.get_color()) for line in points} == named
 
 
-def test_figure_fms_transfer():
+def test_figure_fms_transfer_and_its_numbers():
     predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
@@ -53,6 +53,12 @@ def test_figure_fms_transfer():
     heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
     assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
+    assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
+    assert drawing.written(3) == "3"
+    predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
+    axes = drawing.figure(height=2.0).subplots()
+    figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
+    assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]
 
 
 def test_graphical_abstract_states_the_medians(regimes, errors):
@@ -64,12 +70,3 @@ def test_graphical_abstract_states_the_medians(regimes, errors):
     assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
     assert predicted.get_color() == models_style.color("M1-concat")
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
-
-
-def test_numbers_have_the_minus_sign_of_the_axes_and_as_many_digits():
-    assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
-    assert drawing.written(3) == "3"
-    predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
-    axes = drawing.figure(height=2.0).subplots()
-    figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
-    assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]

@@ -70,7 +70,7 @@ def test_architectures_are_drawn_from_their_graphs():
     assert figure_architectures.ranks(layers)["g"] == 2
 
 
-def test_a_wiring_stands_above_its_own_number_of_parameters():
+def test_a_wiring_stands_above_its_own_parameters_and_an_arrow_points_to_its_end():
     layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
     graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": layers} for place, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()
@@ -78,9 +78,6 @@ def test_a_wiring_stands_above_its_own_number_of_parameters():
     across = {text.get_text(): text.get_position()[0] for text in axes.texts}
     for place, how in enumerate(CONDITIONINGS):
         assert across[how] == across[f"{7 + place}\nparameters"]
-
-
-def test_an_arrow_points_to_its_end():
     axes = drawing.figure(height=2.0).subplots()
     schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))

@@ -8,11 +8,14 @@ from paper_figures.style import drawing
 from paper_figures.tables import table_surrogates
 
 
-def test_the_share_above_an_error_is_in_percent():
+def test_shares_above_an_error_and_levels_that_hold_a_share():
     kind = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
     axes = drawing.figure(height=2.0).subplots()
     figure_measurement_floor.draw_errors(axes, {"uniform": kind, "physical": kind})
     assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
+    levels = figure_inverse.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
+    # 0.75 alone holds 68 %, and 95 % need the next.
+    assert levels == [0.2, 0.75]
 
 
 def test_table_of_surrogates():
@@ -25,9 +28,3 @@ def test_table_of_surrogates():
     first, second, third = table_surrogates.rows({"models": models, "seconds": seconds})
     assert first == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", "", "0.5, 2", "0.100", "0.50", "30"]
     assert (second[1], third[4], third[6]) == ("0.01 to 1", "", "")
-
-
-def test_levels_hold_their_share():
-    levels = figure_inverse.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
-    # 0.75 alone holds 68 %, and 95 % need the next.
-    assert levels == [0.2, 0.75]

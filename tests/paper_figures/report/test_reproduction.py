@@ -46,7 +46,7 @@ RESULTS = {*(path.stem for path in HERE.glob("*/*.py")), "step_length"}
 CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 
-def test_every_claim_is_complete():
+def test_every_claim_is_complete_and_no_reason_holds_a_result():
     assert len(CLAIMS) > 140
     for claim in CLAIMS:
         assert {"group", "place", "says", "rule", "why"} <= claim.keys(), claim
@@ -54,9 +54,6 @@ def test_every_claim_is_complete():
         assert claim["rule"] in reproduction.RULES
         source = claim.get("source", "")
         assert source.partition(":")[0] in RESULTS or (claim["rule"] == "none" and not source)
-
-
-def test_reasons_hold_no_results():
     for claim in CLAIMS:
         assert claim["why"].endswith("."), claim["says"]
         assert not re.search(r"\d", re.sub("M1-concat|18 paper models", "", claim["why"])), claim["why"]
@@ -181,16 +178,13 @@ def test_a_row_of_a_table_is_beside_ours_of_the_same_row(results):
     assert ours["crack velocity of point 3"] == 30.0
 
 
-def test_reductions():
+def test_reductions_and_comparisons_of_two_results(results):
     layers = [{"name": "a", "parameters": 3}, {"name": "b", "parameters": 4}, {"name": "c", "parameters": 9}]
     assert reproduction._reduced(layers, {"layers": ["a", "b"]}) == 7
     assert reproduction._reduced([1.0, 2.0], {"op": "length"}) == 2
     assert reproduction._reduced([0.01, 100.0], {"op": "decades"}) == pytest.approx(4.0)
     assert reproduction._reduced([75, 1.55125], {"op": "join"}) == "75, 1.55125"
     assert reproduction._reduced(7200.0, {"scale": 1 / 3600}) == pytest.approx(2.0)
-
-
-def test_two_results_are_set_against_each_other(results):
     results.read = {"dataset_statistics": {"hours": 6.0}, "ranking": {"hours": 2.0, "most": None}}
     assert results.find({"source": "dataset_statistics:hours", "over": "ranking:hours"}) == 3.0
     assert results.find({"source": "dataset_statistics:hours", "than": "ranking:hours"}) is True
