@@ -159,14 +159,13 @@ def in_fresh_process(source: str, *arguments: object, **environment: str) -> lis
 
 
 def in_parallel(
-    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str, ordered: bool = True
+    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str
 ) -> list[Item]:
-    """Results of a function for each tuple of arguments, computed in `jobs` processes; in order, or as they arrive."""
+    """Results of a function for each tuple of arguments, computed in `jobs` processes, in order."""
     from joblib import Parallel, delayed
 
-    order = "generator" if ordered else "generator_unordered"
     with deaf_processes():
-        results = Parallel(n_jobs=jobs, return_as=order)(delayed(function)(*some) for some in arguments)
+        results = Parallel(n_jobs=jobs, return_as="generator")(delayed(function)(*some) for some in arguments)
     return list(progress(results, label, len(arguments)))
 
 

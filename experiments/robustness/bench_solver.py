@@ -1,15 +1,12 @@
-"""The solver of the working tree beside that of another git revision: the ratio of their cost, and the errors of both.
+"""The solver of the working tree beside that of another checkout: the ratio of their cost, and the errors of both.
 
 Each solver runs in processes of its own, which take turns, so that the ratio of their processor seconds is valid on a
 machine of any speed and load. Samples are those of `cases.drawn`, inside the paper's box off the grid of the data set,
-and beyond it. Inside, errors are against one solution, refined beyond `reference` by the other revision. What the
+and beyond it. Inside, errors are against one solution, refined beyond `reference` by the other solver. What the
 solver costs by itself is measured by `experiments.measurements.accuracy_cost`.
 """
 
-import io
 import json
-import subprocess
-import tarfile
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +22,6 @@ from experiments.measurements.harness import Count, Seed, in_fresh_process, prog
 from experiments.measurements.tools import EXACT_TARGET
 
 ROOT = Path(__file__).resolve().parents[2]
-KEPT = Path("results/solver/revisions")
 ACCURACIES: tuple[str | float, ...] = ("draft", 1e-2, "standard", 2e-3, 1e-3, 3e-4, "reference")
 BEYOND, LEVELS = ("beyond", "stiff", "elastic"), (0.5, 0.95, 1.0)
 HEADS = ["Sample", "Accuracy", "Scenes", "Before / now (ms)", "Ratio of sums", "Largest ratio", "Not completed"]
@@ -67,29 +63,10 @@ def solved(source: Path, rows: list[dict[str, float]], accuracy: str | float) ->
     return np.reshape(found, (-1, 3))[1:]
 
 
-def source_of(revision: str) -> Path:
-    """Folder with the package `bem` of a git revision; it is kept, together with its compiled kernels.
-
-    Raises:
-        ValueError: There is no such revision.
-    """
-    command = ["git", "rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    if done.returncode:
-        raise ValueError(f"baseline must be a git revision; received {revision!r}")
-    folder = (KEPT / done.stdout[:12]).resolve()
-    if not (folder / "bem" / "__init__.py").is_file():
-        command = ["git", "archive", done.stdout.strip(), "bem"]
-        archive = subprocess.run(command, cwd=ROOT, capture_output=True, check=True).stdout
-        with tarfile.open(fileobj=io.BytesIO(archive)) as opened:
-            opened.extractall(folder, filter="data")
-    return folder
-
-
 def compared(
     sources: list[Path], rows: list[dict[str, float]], accuracy: str | float, repeats: int, exact: np.ndarray | None
 ) -> list[str]:
-    """Cells of two solvers, the other revision's first: cost where both completed, and errors against `exact`, (n, 2).
+    """Cells of two solvers, the other checkout's first: cost where both completed, and errors against `exact`, (n, 2).
 
     Each solver is first every other time, and the fastest run of a scene counts.
     """
@@ -111,7 +88,7 @@ def study(
     *,
     count: Count = 300,
     seed: Seed = 1,
-    baseline: Annotated[str, typer.Option(help="Git revision to compare with.")] = "HEAD",
+    baseline: Annotated[Path, typer.Option(help="Checkout of another revision, or this one.")] = ROOT,
     accuracy: Annotated[list[str] | None, typer.Option(help="Accuracy; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each solver; the fastest counts.")] = 3,
     beyond: Annotated[int, typer.Option(min=0, help="Scenes of each sample beyond the box.")] = 100,
@@ -120,7 +97,9 @@ def study(
     accuracies = tuple(map(parse_accuracy, accuracy or ())) or ACCURACIES
     for one in accuracies:
         resolve_accuracy(one)  # before anything runs
-    sources = [source_of(baseline), ROOT]
+    if not (baseline / "bem" / "__init__.py").is_file():
+        raise ValueError(f"baseline must be a checkout with the package `bem`; received {str(baseline)!r}")
+    sources = [baseline.resolve(), ROOT]
     inside = rows_of(drawn("inside", count, seed))
     exact = solved(sources[0], inside, EXACT_TARGET)[:, 1:]
     asked = [("inside", inside, one, exact) for one in accuracies]

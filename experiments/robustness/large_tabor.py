@@ -103,5 +103,5 @@ def study(
 ) -> dict[str, Any]:
     """Simulate random scenes of large Tabor parameters."""
     tasks = [(row, number < refined) for number, row in enumerate(drawn(count, seed))]
-    rows = in_parallel(solved, tasks, jobs=jobs, label="scenes", ordered=True)
+    rows = in_parallel(solved, tasks, jobs=jobs, label="scenes")
     return {"target": resolve_accuracy("draft").target, "scenes": rows}

@@ -10,26 +10,16 @@ from experiments.robustness import bench_solver
 from experiments.robustness.bench_solver import ROOT, compared, solved
 
 
-@pytest.mark.parametrize("revision", ["no-such-revision", "--output=x"])
-def test_an_unknown_baseline_is_refused(revision, tmp_path, monkeypatch):
-    monkeypatch.setattr(bench_solver, "KEPT", tmp_path)
-    with pytest.raises(ValueError, match="baseline must be a git revision; received"):
-        bench_solver.source_of(revision)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("words", ["fine", "0", "nan"])
-def test_an_unknown_accuracy_is_refused_before_anything_runs(words):
-    with pytest.raises(ValueError, match="accuracy must be 'draft'"):
-        bench_solver.study(baseline="HEAD", accuracy=[words])
-
-
-def test_the_package_of_a_revision_is_checked_out_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(bench_solver, "KEPT", tmp_path)
-    source = bench_solver.source_of("HEAD")
-    assert (source / "bem" / "__init__.py").is_file()
-    monkeypatch.setattr(bench_solver.tarfile, "open", None)
-    assert bench_solver.source_of("HEAD") == source
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        *(({"accuracy": [words]}, "accuracy must be 'draft'") for words in ("fine", "0", "nan")),
+        ({"baseline": Path("/nowhere")}, "baseline must be a checkout with the package `bem`; received '/nowhere'"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_before_anything_runs(options, said):
+    with pytest.raises(ValueError, match=said):
+        bench_solver.study(**options)
 
 
 def test_a_solver_of_its_own_answers_or_has_no_results(tmp_path):
