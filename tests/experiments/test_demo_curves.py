@@ -56,7 +56,7 @@ def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
     assert [curve["protocol"] for curve in curves] == [{name: row[name] for name in QUANTITIES} for row in rows]
 
 
-def test_a_sample_is_simulated_on_the_measurement_steps():
+def test_a_sample_and_a_solid_are_simulated_on_their_steps():
     row = {"sample": 12.0, **TRACKED["curves"][11]["protocol"]}
     curve = demo_curves.paper_curve(row)
     assert curve["results"]["pull_off_force"] == pytest.approx(
@@ -64,6 +64,13 @@ def test_a_sample_is_simulated_on_the_measurement_steps():
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
+    tracked = SOLIDS["curves"][-1]
+    curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
+    np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
+    assert len(curve["force"]) == sum(PHYSICAL)
+    # Most steps are where the contact separates, so that they hold nearly all of the peak.
+    peak = curve["results"]["pull_off_force"]
+    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
 def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
@@ -87,16 +94,6 @@ def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
     assert content["dataset_sha256"] == SOLIDS["dataset_sha256"]
     assert [one["name"] for one in content["contacts"]] == [one["name"] for one in SOLIDS["curves"]]
     assert path.stat().st_size < 400_000
-
-
-def test_a_solid_is_simulated_on_the_physical_steps():
-    tracked = SOLIDS["curves"][-1]
-    curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
-    np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
-    assert len(curve["force"]) == sum(PHYSICAL)
-    # Most steps are where the contact separates, so that they hold nearly all of the peak.
-    peak = curve["results"]["pull_off_force"]
-    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
 def test_a_contact_lies_on_the_sphere_where_it_is_pressed():

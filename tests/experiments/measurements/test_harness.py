@@ -114,16 +114,13 @@ def test_a_measurement_states_its_options_but_paths_and_what_changes_no_result(t
     assert " ".join(stated(options)) == "--some-count 5 --name a --name b --fast"
 
 
-def test_only_a_measurement_may_hold_what_is_not_a_number(clock, tmp_path):
+def test_only_a_measurement_may_hold_what_is_not_a_number_and_what_is_kept_is_not_computed_again(clock, tmp_path):
     harness.publish(tmp_path / "measurements" / "one.json", "one", {"a": np.nan}, busy=False)
     found = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
     assert found["a"] is None
     assert "processor_share" not in found
     with pytest.raises(ValueError, match="not JSON compliant"):
         harness.publish(tmp_path / "studies" / "one.json", "one", {"a": np.nan}, busy=False)
-
-
-def test_what_is_kept_is_not_computed_again(tmp_path):
     path = tmp_path / "folder" / "one.json"
     assert harness.kept(path, lambda: {"a": np.float64(1.0)}) == {"a": 1.0}
     assert harness.kept(path, None) == {"a": 1.0}

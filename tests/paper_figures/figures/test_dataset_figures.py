@@ -76,7 +76,7 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
         np.testing.assert_array_equal(drawn, native)
 
 
-def test_tables_of_the_data_set(dataset_path, examples):
+def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examples):
     found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
     first, second = table_protocols_dataset.compose(examples, found).values()
     assert len(first.rows) == 6
@@ -89,9 +89,6 @@ def test_tables_of_the_data_set(dataset_path, examples):
         "| trajectories with a jump | not stated | 12.5 % |",
     ):
         assert words in summary
-
-
-def test_table_of_the_price_of_accuracy():
     seconds = {"mean": 12.3, "median": 0.01, "p99": 0.1}
     found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
     level = {"trajectories": 9, "failed": 0, "seconds": seconds, "compared": 4}

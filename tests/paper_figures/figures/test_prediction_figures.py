@@ -8,7 +8,7 @@ from paper_figures.models import figure_fms_transfer
 from paper_figures.style import drawing, models_style
 
 
-def test_figure_6_plots_solver_and_prediction(regimes):
+def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes, errors):
     _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
@@ -18,6 +18,14 @@ def test_figure_6_plots_solver_and_prediction(regimes):
     assert len({line.get_color() for line in markers.values()}) == 3
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
     assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
+    _, model, force = graphical_abstract.compose(regimes, errors).axes
+    text = " ".join(text.get_text() for text in model.texts)
+    assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
+    assert "6 ms a prediction, solver 10 ms" in text
+    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
+    assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
+    assert predicted.get_color() == models_style.color("M1-concat")
+    assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 
 def test_figure_7_counts_every_trajectory_once(errors):
@@ -59,14 +67,3 @@ def test_figure_fms_transfer_and_its_numbers():
     axes = drawing.figure(height=2.0).subplots()
     figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
     assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]
-
-
-def test_graphical_abstract_states_the_medians(regimes, errors):
-    _, model, force = graphical_abstract.compose(regimes, errors).axes
-    text = " ".join(text.get_text() for text in model.texts)
-    assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
-    assert "6 ms a prediction, solver 10 ms" in text
-    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
-    assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
-    assert predicted.get_color() == models_style.color("M1-concat")
-    assert predicted.get_ydata().tolist() == [0.5, -5.0]

@@ -68,9 +68,6 @@ def test_architectures_are_drawn_from_their_graphs():
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
-
-
-def test_a_wiring_stands_above_its_own_parameters_and_an_arrow_points_to_its_end():
     layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
     graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": layers} for place, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()

@@ -5,7 +5,7 @@ import pytest
 from paper_figures.measurements import figure_amortisation, figure_training_cost
 
 
-def test_amortisation_without_and_with_a_surrogate():
+def test_amortisation_and_cost_of_training():
     lines = [
         {"name": "solver, standard", "fixed_seconds": 0.0, "query_seconds": 0.01},
         {"name": "M1-concat, ONNX batch", "fixed_seconds": 1e3, "query_seconds": 0.001},
@@ -22,9 +22,6 @@ def test_amortisation_without_and_with_a_surrogate():
     assert "Trained differently from those compared: M1-concat." in text
     assert table.rows[1][-1] == "never"
     figure_amortisation.compose({**content, "lines": lines[:1], "break_even": []})
-
-
-def test_cost_of_training():
     history = {"core_minutes": [1.0, 2.0], "best_mse": [0.5, 0.5]}
     run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
     short = run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}

@@ -55,9 +55,6 @@ def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
     assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
     assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
     assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
-
-
-def test_a_set_that_is_to_be_trained_has_a_row_and_the_page_waits_for_it():
     content = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
     rows = figure_features.features_table(content).rows
     assert [(row[0], row[2], row[3]) for row in rows] == [

@@ -83,7 +83,7 @@ def whiskers(axes):
     return {float(line[0][0]): sorted(line[:, 1].tolist()) for line in segments if line[0][0] == line[1][0]}
 
 
-def test_models_of_several_seeds_stand_at_their_median_with_whiskers(cracks):
+def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(cracks):
     found, spread = comparison(names()), ranking(SEEDS)
     kept = figure_mse_mae.compose(found, spread), figure_5.compose(found, cracks, efficiency(), spread)
     for axes, x, y, single in (
@@ -106,9 +106,6 @@ def test_models_of_several_seeds_stand_at_their_median_with_whiskers(cracks):
         assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
     for drawn in kept:
         assert drawn.get_supxlabel() == NOTE
-
-
-def test_learning_curves_of_several_seeds_are_a_median_in_a_band(cracks):
     found, spread = comparison(names()), ranking(SEEDS)
     kept = figure_5.compose(found, cracks, efficiency(), spread), figure_learning_curves.compose(found, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
