@@ -25,6 +25,7 @@ def test_spread_takes_the_nearest_free_protocol_over_magnitudes():
     protocols = dict(zip(QUANTITIES, grid.T, strict=True))
     chosen = demo_curves.spread(protocols, 32)
     assert sorted(chosen) == list(range(32))
+    assert sorted(demo_curves.spread(dict.fromkeys(QUANTITIES, np.ones(4)), 4)) == [0, 1, 2, 3]
     assert list(demo_curves.spread(protocols, 5)) == list(chosen[:5])
     # Of magnitudes from 1 to 10000, half lie below 100.
     values = np.geomspace(1.0, 1e4, 401)
