@@ -28,9 +28,8 @@ LEAST = 1e-4
 """Least error drawn, in percent; smaller ones are not resolved by the solution with which all tools are compared."""
 ENDS = {"solver": ("draft", "reference"), "Adhesion": ("32 x 32", "128 x 128"), "tamaas": ("32 x 32", "256 x 256")}
 """Settings that are named in the panels."""
-BESIDE = {"JKR": (5, 0, "left", "center"), "DMT": (5, 0, "left", "center")}
-BELOW, LEFT = (0, -5, "center", "top"), (-5, 0, "right", "center")
-SIDES = {**BESIDE, **dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)}
+RIGHT, BELOW, LEFT = (5, 0, "left", "center"), (0, -5, "center", "top"), (-5, 0, "right", "center")
+SIDES = {"JKR": RIGHT, "DMT": RIGHT} | dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)
 """Position of a name: offset in points, and alignment; other names are to the left."""
 
 

@@ -20,7 +20,6 @@ from paper_figures.style.writing import Table, caption, median_and_p95, percent
 LABELS = {name: f"{name.replace('_', ' ')} {symbol}" for name, symbol in drawing.SYMBOLS.items()}
 LABELS["tabor"] = r"Tabor parameter $\mu$"
 COLORS = (drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE)
-HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)"]
 BINS = 6
 
 
@@ -96,7 +95,7 @@ def worst_table(content: dict[str, Any]) -> Table:
         rows.append([name, str(row["errors"]["force"]["count"]), *errors])
     old = f" The model was trained differently from those compared, with another {other}." if other else ""
     return Table(
-        HEADER,
+        ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)"],
         rows,
         caption("surrogate-map", model=content["model"], host=content["host"], old=old),
     )

@@ -36,8 +36,8 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
         axes.set(xscale="log", yscale="log", xlabel="held-out MSE of the scaled force")
         axes.set_ylabel("held-out MAE of the scaled force")
         axes.margins(0.1)
-        for axis in (axes.xaxis, axes.yaxis):
-            drawing.log_labels(axis)
+        drawing.log_labels(axes.xaxis)
+        drawing.log_labels(axes.yaxis)
     handles = models_style.handles(paper["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2)
     models_style.write_states(drawn, model_comparison, ranking, paper_names())

@@ -69,16 +69,11 @@ def row(finding: Finding, trained: bool) -> list[str]:
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
     cells = [claim["says"], claim["place"], *(value_text(one, unit) for one in rounded), ratio]
     if not claim.get("beyond"):
-        mark = " ‡" if "ranking" in claim and of_guessed_sizes(claim) else ""
+        sizes, ranked = paper_values("structure")["sizes"], contenders(claim)[1].values() if "ranking" in claim else ()
+        how = [sizes.get(name.split("-")[0], {}).get("how") for names in ranked for name in names]
+        mark = " ‡" if "guessed" in how else ""  # the paper does not tell the sizes of one of the architectures
         cells += [tolerance_text(claim), f"**{finding.verdict}**{mark}"]
     return [*cells, finding.why]
-
-
-def of_guessed_sizes(claim: dict[str, Any]) -> bool:
-    """Whether a ranking is about an architecture whose sizes the paper does not tell."""
-    sizes = paper_values("structure")["sizes"]
-    models = [name for names in contenders(claim)[1].values() for name in names]
-    return any(sizes.get(name.split("-")[0], {}).get("how") == "guessed" for name in models)
 
 
 def section(group: str, findings: list[Finding]) -> str:

@@ -46,8 +46,6 @@ KINDS = {
     "accurate": {"color": COLOURS["accurate"], "marker": "P"},
 }
 """Looks of the tools in figures of cost."""
-
-
 TIME, INDENTATION, FORCE = r"time $\hat t$", r"indentation $\hat\delta$", r"force $\hat P$, tension $> 0$"
 
 
