@@ -18,6 +18,7 @@ if __name__ == "__main__":  # before the imports that take long
 
 import json
 from base64 import b64encode
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -91,21 +92,16 @@ def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force:
     return {"name": name, "kind": kind, "protocol": protocol, "results": found, "force": rounded(force)}
 
 
-def simulated_curve(name: str, kind: str, protocol: dict[str, float], times: np.ndarray) -> dict[str, Any]:
-    """Simulate a protocol, and take its force at some instants.
+def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    """Simulate the protocol of an entry, and take its force at the steps of a grid.
 
     Raises:
         RuntimeError: The simulation did not complete.
     """
+    protocol = curve["protocol"]
     ratio = protocol.get("modulus_ratio", MODULUS_RATIO)
-    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio)
-    return entry(name, kind, protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
-
-
-def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
-    """One of the paper's samples, on the measurement steps of the data set."""
-    protocol = {name: row[name] for name in QUANTITIES}
-    return simulated_curve(f"paper-{row['sample']:g}", "paper", protocol, measurement_grid(**protocol)[0][0])
+    trajectory, times = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio), grid(**protocol)[0][0]
+    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
@@ -122,12 +118,6 @@ def other_solids(count: int) -> list[dict[str, Any]]:
     drawn = Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, SEED)
     rows = rows_of({name: drawn[name] for name in (*QUANTITIES, "modulus_ratio")})
     return [{"name": f"solid-{number}", "kind": "solid", "protocol": row} for number, row in enumerate(rows, 1)]
-
-
-def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:
-    """The protocol of an entry, on the physical steps."""
-    protocol = {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]
-    return simulated_curve(curve["name"], curve["kind"], protocol, physical_grid(**protocol)[0][0])
 
 
 def contact(curve: dict[str, Any]) -> dict[str, Any]:
@@ -172,11 +162,14 @@ def main() -> None:
     """Write both files of solver curves, and that of their contacts."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
-    curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
+    papers = {row["sample"]: {name: row[name] for name in QUANTITIES} for row in paper_rows("canonical_protocols")}
+    entries = [{"name": f"paper-{number:g}", "kind": "paper", "protocol": one} for number, one in papers.items()]
+    curves = [simulated_curve(one, measurement_grid) for one in entries]
     curves += held_out_curves(dataset, split, COUNT)
     same = {"dataset_sha256": dataset.sha256}
     write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
-    physical = [physical_curve(curve) for curve in [*curves, *other_solids(SOLIDS)]]
+    of_any_solid = [one | {"protocol": {"modulus_ratio": MODULUS_RATIO} | one["protocol"]} for one in curves]
+    physical = [simulated_curve(one, physical_grid) for one in [*of_any_solid, *other_solids(SOLIDS)]]
     write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", physical)
     write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
 

@@ -3,8 +3,6 @@
 Scenes are named by what they show. Errors are against the same simulation at a finer accuracy.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import subprocess

@@ -7,7 +7,8 @@ import pytest
 
 import surrogate
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
+from bem.dataset.physical_steps import physical_grid
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -58,15 +59,14 @@ def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
 
 
 def test_a_sample_and_a_solid_are_simulated_on_their_steps():
-    row = {"sample": 12.0, **TRACKED["curves"][11]["protocol"]}
-    curve = demo_curves.paper_curve(row)
+    curve = demo_curves.simulated_curve(TRACKED["curves"][11], measurement_grid)
     assert curve["results"]["pull_off_force"] == pytest.approx(
         TRACKED["curves"][11]["results"]["pull_off_force"], rel=5e-3
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
     tracked = SOLIDS["curves"][-1]
-    curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
+    curve = demo_curves.simulated_curve(tracked, physical_grid)
     np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
     assert len(curve["force"]) == sum(PHYSICAL)
     # Most steps are where the contact separates, so that they hold nearly all of the peak.
