@@ -19,10 +19,9 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem._support.text_files import read_json, read_toml
+from bem._support.text_files import read_json
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
-from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
 from experiments.places import CONFIGS as CONFIGS
 
 if TYPE_CHECKING:
@@ -35,22 +34,6 @@ DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1
 """Relaxed over instantaneous modulus, k = E0/Einf, of the paper's solid."""
-
-
-def read_config(path: Path, *keys: str) -> dict[str, Any]:
-    """Read a study's TOML file. It must hold exactly the given keys.
-
-    Raises:
-        FileNotFoundError: The file does not exist.
-        ValueError: The file is not TOML, or holds other keys.
-    """
-    try:
-        content = read_toml(path)
-    except ValueError as error:
-        raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
-    if set(content) != set(keys):
-        raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
-    return content
 
 
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:

@@ -20,6 +20,7 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
+from bem._support.text_files import read_toml
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
@@ -33,6 +34,22 @@ PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
 LeaveOut = Annotated[bool, typer.Option("--leave-out", help="Go on without it, if what it needs is not there.")]
+
+
+def read_config(path: Path, *keys: str) -> dict[str, Any]:
+    """Read a study's TOML file. It must hold exactly the given keys.
+
+    Raises:
+        FileNotFoundError: The file does not exist.
+        ValueError: The file is not TOML, or holds other keys.
+    """
+    try:
+        content = read_toml(path)
+    except ValueError as error:
+        raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
+    if set(content) != set(keys):
+        raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
+    return content
 
 
 @dataclass(frozen=True)
@@ -93,9 +110,6 @@ class Places:
         if name == "out":
             return self.path(asked_by)
         if name == "config":
-            # Imported here, so that a figure, which has no settings, does not load what studies share.
-            from experiments.common import read_config
-
             study = inspect.getmodule(function)
             own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
             return read_config(self.taken.get("config", own), *getattr(study, "KEYS", ()))

@@ -3,6 +3,7 @@
 import pytest
 
 from experiments.paper import adopted_settings
+from experiments.places import CONFIGS
 
 
 def test_the_settings_are_the_papers_own(monkeypatch):
@@ -14,9 +15,9 @@ def test_the_settings_are_the_papers_own(monkeypatch):
     assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
     assert found["radius_over_gap"] == 100.0
     monkeypatch.setattr(adopted_settings, "layers", dict)
-    found = adopted_settings.study(adopted_settings.common.CONFIGS)["closed_forms"]
+    found = adopted_settings.study(CONFIGS)["closed_forms"]
     assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
-    rows = [dict.fromkeys(adopted_settings.common.QUANTITIES, value) for value in (1.0, 2.0)]
+    rows = [dict.fromkeys(adopted_settings.QUANTITIES, value) for value in (1.0, 2.0)]
     monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
     with pytest.raises(ValueError, match="differ in the unloading rate alone"):
         adopted_settings.crack_protocol()

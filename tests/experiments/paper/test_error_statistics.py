@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import common
+from experiments import common, places
 from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.trainings.data_efficiency import KEYS as SHARES
 from experiments.trainings.data_efficiency import share
@@ -190,7 +190,7 @@ def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
     assert commands[0][:2] == ["train", "M1-concat"]
     assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
-    config = common.read_config(common.CONFIGS / "data_efficiency.toml", *SHARES)
+    config = places.read_config(common.CONFIGS / "data_efficiency.toml", *SHARES)
     found = shares(config)
     assert len(found) == 36
     assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
@@ -209,7 +209,7 @@ def test_a_configuration_with_other_keys_is_refused(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("one = 1\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"must hold two; received one"):
-        common.read_config(path, "two")
+        places.read_config(path, "two")
 
 
 @pytest.mark.parametrize("path", sorted((common.CONFIGS / "smoke").glob("*.toml")), ids=lambda path: path.stem)
