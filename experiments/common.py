@@ -11,7 +11,7 @@ import contextlib
 import json
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from experiments.places import CONFIGS as CONFIGS
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from bem import LoadingProtocol, Scene, Trajectory
+    from bem import Scene, Trajectory
     from surrogate.prediction.predictor import Surrogate
 
 DATASET = Path("published/dataset.h5")
@@ -76,35 +76,6 @@ def require_dataset(folder: Path, dataset: Path) -> None:
             f"model {folder.name!r} must have been trained on {str(dataset)!r}, of digest {received[:12]}; "
             f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it again"
         )
-
-
-def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATIO) -> tuple[Scene, LoadingProtocol]:
-    """Scene of a standard linear solid, and protocol, from the five `QUANTITIES`; other keys are ignored."""
-    # Imported here, so that a study that simulates nothing does not depend on the solver.
-    from bem import LoadingProtocol, Scene, StandardLinearSolid
-
-    values = {name: float(quantities[name]) for name in QUANTITIES}
-    return Scene(values.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**values)
-
-
-def simulated(
-    quantities: Mapping[str, float],
-    *,
-    accuracy: str | float,
-    modulus_ratio: float = MODULUS_RATIO,
-    profiles: int | None = None,
-) -> Trajectory:
-    """Simulate the protocol that the five values of `QUANTITIES` define, in a standard linear solid.
-
-    Raises:
-        RuntimeError: The simulation did not complete.
-    """
-    from bem import simulate
-
-    trajectory = simulate(*problem(quantities, modulus_ratio), accuracy, profiles=profiles)
-    if not trajectory.completed:
-        raise RuntimeError(f"protocol {quantities} did not complete: {trajectory.status}")
-    return trajectory
 
 
 def on_steps(

@@ -32,8 +32,8 @@ from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
-from experiments.common import DATASET, MODELS, MODULUS_RATIO, simulated
-from experiments.measurements.cases import ANY_SOLID, rows_of
+from experiments.common import DATASET, MODELS, MODULUS_RATIO
+from experiments.measurements.cases import ANY_SOLID, Case, rows_of
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
@@ -99,8 +99,7 @@ def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray,
         RuntimeError: The simulation did not complete.
     """
     protocol = curve["protocol"]
-    ratio = protocol.get("modulus_ratio", MODULUS_RATIO)
-    trajectory, times = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio), grid(**protocol)[0][0]
+    trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
     return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
 
 
@@ -126,9 +125,7 @@ def contact(curve: dict[str, Any]) -> dict[str, Any]:
     Raises:
         RuntimeError: The simulation did not complete.
     """
-    protocol = curve["protocol"]
-    ratio = protocol["modulus_ratio"]
-    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio, profiles=FRAMES)
+    trajectory = Case.of(curve["protocol"]).simulated(ACCURACY, profiles=FRAMES)
     found = trajectory.profiles
     assert found is not None
     reach = min(WIDER * trajectory.contact_radius.max(), np.nanmax(found.radius))

@@ -16,7 +16,6 @@ import numpy as np
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
 from bem.dataset.measurement_steps import measurement_times
-from experiments import common
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -53,6 +52,17 @@ class Case:
     def run(self, accuracy: str | float) -> Trajectory:
         """Simulate the case."""
         return simulate(self.scene, self.protocol, accuracy)
+
+    def simulated(self, accuracy: str | float, profiles: int | None = None) -> Trajectory:
+        """Simulate the case to its end.
+
+        Raises:
+            RuntimeError: The simulation did not complete.
+        """
+        found = simulate(self.scene, self.protocol, accuracy, profiles=profiles)
+        if not found.completed:
+            raise RuntimeError(f"{self} did not complete: {found.status}")
+        return found
 
     @property
     def steps(self) -> np.ndarray:
@@ -133,7 +143,7 @@ class Hidden:
     def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
         """Simulate one after the other."""
         for row in rows_of(self.quantities):
-            yield common.simulated(row, accuracy=accuracy, modulus_ratio=row["modulus_ratio"])
+            yield Case.of(row).simulated(accuracy)
 
 
 def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:

@@ -18,6 +18,7 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.reference_solutions import jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
 KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
@@ -54,7 +55,7 @@ def beta_over_length_scale(tabor: float) -> float:
 def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
     """Amplifications and velocities of one protocol."""
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
-    trajectory = common.simulated(protocol, modulus_ratio=ratio, accuracy=config["accuracy"])
+    trajectory = Case.of(protocol | {"modulus_ratio": ratio}).simulated(config["accuracy"])
     steps = common.on_steps(protocol, trajectory)
     force = common.predicted(trained, steps, tabor)
     own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)

@@ -5,6 +5,7 @@ import pytest
 
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.measurements.cases import Case
 from experiments.paper import persson_brener
 from experiments.paper.inconsistencies import SLIPS
 from experiments.paper_numbers import paper_rows
@@ -47,7 +48,7 @@ POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrog
 def test_solver_follows_theory_and_the_table_of_crack_velocities():
     protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
     assert len(protocols) == 14
-    trajectory = common.simulated(protocols[7], modulus_ratio=0.1, accuracy="standard")
+    trajectory = Case.of(protocols[7]).simulated("standard")
     own = persson_brener.edge_velocity(trajectory, 0.01) * persson_brener.beta_over_length_scale(3.24)
     assert own == pytest.approx(protocols[7]["crack_velocity"], rel=0.05)
     assert trajectory.pull_off_force / 1.5 == pytest.approx(float(theory.effective_energy(own, 0.1)), rel=0.05)

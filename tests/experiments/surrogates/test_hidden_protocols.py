@@ -3,8 +3,7 @@ import pytest
 
 from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
-from experiments import common
-from experiments.measurements.cases import EDGES, Hidden, regions
+from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import inverse_problem, measurement_floor, pretrained_errors
 from tests.experiments.shallow import DRAW, shallow
@@ -19,11 +18,11 @@ def draft(monkeypatch):
     monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
-    def simulated(row, *, accuracy, modulus_ratio=0.1):
+    def simulated(case, accuracy):
         assert accuracy in ("standard", pretrained_errors.FINE)
-        return simulate(*common.problem(row, modulus_ratio), "draft")
+        return case.run("draft")
 
-    monkeypatch.setattr(common, "simulated", simulated)
+    monkeypatch.setattr(Case, "simulated", simulated)
 
 
 def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
