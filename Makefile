@@ -64,6 +64,7 @@ PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 
 PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models \
 	table-ranking table-accuracy-price
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
+LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
 figures: $(PAPER_FIGURES)  ## Every figure of the paper whose inputs are published
 tables: $(PAPER_TABLES)  ## Every table of the paper
@@ -186,6 +187,7 @@ pretrained: setup $(ANY).h5 $(ANY)_edges.h5 $(ANY)_corners.h5 $(ANY)_elastic.h5 
 	$(SUMS) $(PUBLISHED)/pretrained
 
 PUBLISHED_STUDIES := accuracy-price feature-sets data-efficiency ranking model-forces
+OWN :=
 accuracy-price: OWN = --folder $(OUT)/accuracy_price  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
 feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
 feature-sets: OWN = --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
@@ -211,16 +213,15 @@ stage-%:
 	+@$(MAKE) --no-print-directory $*
 SCRATCH := results/scratch
 SMOKE ?= results/smoke
-paper-from-scratch: WHERE = $(SCRATCH)
-paper-from-scratch: HOURS_OF_ALL = $(PY) -m experiments.stages  ## Compute everything into results/scratch without published files; prints the expected hours, resumes
-smoke: WHERE = $(SMOKE)
-smoke: TINY = HOURS=no CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" MORE_MODELS=model-large \
-	EXTRA=40
+TINY := HOURS=no CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" MORE_MODELS=model-large EXTRA=40
+paper-from-scratch smoke: WHERE = $(if $(filter smoke,$@),$(SMOKE),$(SCRATCH))
+paper-from-scratch:  ## Compute everything into results/scratch without published files; prints the expected hours, resumes
 smoke:  ## The same steps on tiny data with one epoch, in minutes; the numbers have no meaning
 paper-from-scratch smoke: setup
-	@$(HOURS_OF_ALL)
+	@$(if $(filter smoke,$@),,$(PY) -m experiments.stages)
 	@mkdir -p $(WHERE)
-	+$(MAKE) --no-print-directory from-scratch OUT=$(WHERE) PUBLISHED=$(WHERE)/published REPORT=$(WHERE)/REPRODUCTION.md $(TINY)
+	+$(MAKE) --no-print-directory from-scratch OUT=$(WHERE) PUBLISHED=$(WHERE)/published REPORT=$(WHERE)/REPRODUCTION.md \
+		$(if $(filter smoke,$@),$(TINY))
 
 ##@ Measurements (long, need an idle machine, and are published)
 
@@ -260,8 +261,7 @@ lock:  ## Resolve pyproject.toml again into all lock files (needs the network)
 	$(PY) tools/lock.py resolve
 clean:  ## Remove caches and build files; never results/, published/ or .venv
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
-	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
-		-o -type d -name __pycache__ -exec rm -rf {} +
+	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune -o -type d -name __pycache__ -exec rm -rf {} +
 
 ##@ Documentation and demonstrator
 

@@ -193,6 +193,16 @@ def test_every_variable_that_a_user_may_set_is_checked():
     assert set(re.findall(r"\b([A-Z_]+)=(?:\d|yes|\.\.\.)", MAKEFILE)) - SETTINGS == {*("PYTHON", "OMP_NUM_THREADS")}
 
 
+def test_no_other_variable_of_a_recipe_comes_from_the_environment(monkeypatch):
+    used = set(re.findall(r"\$\(([A-Z][A-Z_0-9]*)[):]", MAKEFILE))
+    assigned = set(re.findall(r"^([A-Z_0-9]+) [:?]?=", MAKEFILE, re.MULTILINE))
+    of_targets = {"SET", "WHERE"}
+    assert used - assigned - SETTINGS - NAMES == {"MAKE", "MAKECMDGOALS", "CURDIR"} | of_targets
+    for name in ("LEAVE_OUT", "OWN", "WHERE", "SET", "TINY"):
+        monkeypatch.setenv(name, "; touch made")
+    assert "touch made" not in commands("-B", "figure-1", "ranking", "model-inputs-a", "smoke", "paper-from-scratch")
+
+
 SIGNS = ["", "two  words", "-x", "a;b", "$(shell touch made)", "`id`", "a|b", "a\\b", "a)", "a#"]
 
 
