@@ -21,7 +21,7 @@ PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_perce
 
 
 def read_errors(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a `test_errors.csv`.
+    """The columns of a `test_errors.csv`, or of another table of numbers that a training writes.
 
     Raises:
         FileNotFoundError: The file does not exist.
