@@ -17,8 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
-from experiments.common import CONFIGS
-from experiments.places import Places, PublishedFolder, ResultsFolder, options_of, run_named, taken, with_options
+from experiments import places
 
 HERE = Path(__file__).parent
 
@@ -34,27 +33,35 @@ def command_of(module: ModuleType, name: str) -> Any:
     study = module.study
 
     def command(
-        results: ResultsFolder = Path("results"),
-        published: PublishedFolder = Path("published"),
-        configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
+        results: places.ResultsFolder = Path("results"),
+        published: places.PublishedFolder = Path("published"),
+        configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = places.CONFIGS,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
         busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
+        leave_out: places.LeaveOut = False,
         **options: Any,
     ) -> None:
         from experiments.measurements.harness import publish, stated
 
-        places = Places(results, published, configs, taken(study, options) | ({name: out} if out else {}))
-        own = {one: options[one] for one in options_of(study)}  # in their order, whatever that of the command line
-        content = study(**places.arguments(study, name), **own)
+        files = places.Places(results, published, configs, places.taken(study, options) | ({name: out} if out else {}))
+        own = {one: options[one] for one in places.options_of(study)}  # in the order of the study
+        try:
+            content = study(**files.arguments(study, name), **own)
+        except ModuleNotFoundError as error:
+            lacking = f"{name} needs {error.name}, which this installation leaves out; run `make setup` first"
+            if not leave_out:
+                raise RuntimeError(lacking) from error
+            print(f"left out: {lacking}")
+            return
         if content is not None:
-            publish(places.path(name), " ".join([name, *stated(own)]), content, busy=busy)
+            publish(files.path(name), " ".join([name, *stated(own)]), content, busy=busy)
 
-    return with_options(command, study)
+    return places.with_options(command, study)
 
 
 def main() -> None:
     """Run the study that the command line names."""
-    run_named("experiments", modules(), command_of)
+    places.run_named("experiments", modules(), command_of)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import contextlib
 import json
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,38 +19,21 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem._support.text_files import read_json, read_toml
+from bem._support.text_files import read_json
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
-from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
 from experiments.places import CONFIGS as CONFIGS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from bem import LoadingProtocol, Scene, Trajectory
+    from bem import Scene, Trajectory
     from surrogate.prediction.predictor import Surrogate
 
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1
 """Relaxed over instantaneous modulus, k = E0/Einf, of the paper's solid."""
-
-
-def read_config(path: Path, *keys: str) -> dict[str, Any]:
-    """Read a study's TOML file. It must hold exactly the given keys.
-
-    Raises:
-        FileNotFoundError: The file does not exist.
-        ValueError: The file is not TOML, or holds other keys.
-    """
-    try:
-        content = read_toml(path)
-    except ValueError as error:
-        raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
-    if set(content) != set(keys):
-        raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
-    return content
 
 
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
@@ -93,35 +76,6 @@ def require_dataset(folder: Path, dataset: Path) -> None:
             f"model {folder.name!r} must have been trained on {str(dataset)!r}, of digest {received[:12]}; "
             f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it again"
         )
-
-
-def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATIO) -> tuple[Scene, LoadingProtocol]:
-    """Scene of a standard linear solid, and protocol, from the five `QUANTITIES`; other keys are ignored."""
-    # Imported here, so that a study that simulates nothing does not depend on the solver.
-    from bem import LoadingProtocol, Scene, StandardLinearSolid
-
-    values = {name: float(quantities[name]) for name in QUANTITIES}
-    return Scene(values.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**values)
-
-
-def simulated(
-    quantities: Mapping[str, float],
-    *,
-    accuracy: str | float,
-    modulus_ratio: float = MODULUS_RATIO,
-    profiles: int | None = None,
-) -> Trajectory:
-    """Simulate the protocol that the five values of `QUANTITIES` define, in a standard linear solid.
-
-    Raises:
-        RuntimeError: The simulation did not complete.
-    """
-    from bem import simulate
-
-    trajectory = simulate(*problem(quantities, modulus_ratio), accuracy, profiles=profiles)
-    if not trajectory.completed:
-        raise RuntimeError(f"protocol {quantities} did not complete: {trajectory.status}")
-    return trajectory
 
 
 def on_steps(

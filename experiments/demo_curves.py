@@ -8,8 +8,7 @@ physical steps of the pretrained models, simulated, and the third kind: protocol
 in the ranges of the pretrained models with a seed of their own. A third file has the moving contact of all of them:
 surface and traction over the radius at some instants, as whole numbers in base64.
 
-Usage: `python -m experiments.demo_curves [--count N] [--solids N] [--out FILE] [--solids-out FILE]
-[--contacts-out FILE]`.
+Usage: `python -m experiments.demo_curves`.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -19,12 +18,12 @@ if __name__ == "__main__":  # before the imports that take long
 
 import json
 from base64 import b64encode
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from scipy.stats import qmc
 
 from bem._support.command_line import run_main
@@ -33,8 +32,8 @@ from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
-from experiments.common import DATASET, MODELS, MODULUS_RATIO, simulated
-from experiments.measurements.cases import ANY_SOLID, rows_of
+from experiments.common import DATASET, MODELS, MODULUS_RATIO
+from experiments.measurements.cases import ANY_SOLID, Case, rows_of
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
@@ -93,21 +92,15 @@ def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force:
     return {"name": name, "kind": kind, "protocol": protocol, "results": found, "force": rounded(force)}
 
 
-def simulated_curve(name: str, kind: str, protocol: dict[str, float], times: np.ndarray) -> dict[str, Any]:
-    """Simulate a protocol, and take its force at some instants.
+def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    """Simulate the protocol of an entry, and take its force at the steps of a grid.
 
     Raises:
         RuntimeError: The simulation did not complete.
     """
-    ratio = protocol.get("modulus_ratio", MODULUS_RATIO)
-    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio)
-    return entry(name, kind, protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
-
-
-def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
-    """One of the paper's samples, on the measurement steps of the data set."""
-    protocol = {name: row[name] for name in QUANTITIES}
-    return simulated_curve(f"paper-{row['sample']:g}", "paper", protocol, measurement_grid(**protocol)[0][0])
+    protocol = curve["protocol"]
+    trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
+    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
@@ -126,21 +119,13 @@ def other_solids(count: int) -> list[dict[str, Any]]:
     return [{"name": f"solid-{number}", "kind": "solid", "protocol": row} for number, row in enumerate(rows, 1)]
 
 
-def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:
-    """The protocol of an entry, on the physical steps."""
-    protocol = {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]
-    return simulated_curve(curve["name"], curve["kind"], protocol, physical_grid(**protocol)[0][0])
-
-
 def contact(curve: dict[str, Any]) -> dict[str, Any]:
     """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each.
 
     Raises:
         RuntimeError: The simulation did not complete.
     """
-    protocol = curve["protocol"]
-    ratio = protocol["modulus_ratio"]
-    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio, profiles=FRAMES)
+    trajectory = Case.of(curve["protocol"]).simulated(ACCURACY, profiles=FRAMES)
     found = trajectory.profiles
     assert found is not None
     reach = min(WIDER * trajectory.contact_radius.max(), np.nanmax(found.radius))
@@ -167,26 +152,23 @@ def write_lines(out: Path, head: dict[str, Any], what: str, lines: list[dict[str
     body = ",\n".join(map(json.dumps, lines))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_whole(out, f'{json.dumps(facts)[:-1]}, "{what}": [\n{body}\n]}}\n')
-    typer.echo(f"{out}: {len(lines)} {what}")
+    print(f"{out}: {len(lines)} {what}")
 
 
-def main(
-    out: Annotated[Path, typer.Option(help="File of the curves on the data set's steps.")] = OUT,
-    count: Annotated[int, typer.Option(help="Trajectories of the data set's test part.")] = COUNT,
-    solids_out: Annotated[Path, typer.Option(help="File of the curves on physical steps.")] = SOLIDS_OUT,
-    solids: Annotated[int, typer.Option(help="Protocols on other solids.", min=1)] = SOLIDS,
-    contacts_out: Annotated[Path, typer.Option(help="File of the moving contacts.")] = CONTACTS_OUT,
-) -> None:
+def main() -> None:
     """Write both files of solver curves, and that of their contacts."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
-    curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
-    curves += held_out_curves(dataset, split, count)
+    papers = {row["sample"]: {name: row[name] for name in QUANTITIES} for row in paper_rows("canonical_protocols")}
+    entries = [{"name": f"paper-{number:g}", "kind": "paper", "protocol": one} for number, one in papers.items()]
+    curves = [simulated_curve(one, measurement_grid) for one in entries]
+    curves += held_out_curves(dataset, split, COUNT)
     same = {"dataset_sha256": dataset.sha256}
-    write_lines(out, {"counts": dataset.points_per_phase, **same}, "curves", curves)
-    physical = [physical_curve(curve) for curve in [*curves, *other_solids(solids)]]
-    write_lines(solids_out, {"counts": PHYSICAL, **same}, "curves", physical)
-    write_lines(contacts_out, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
+    write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
+    of_any_solid = [one | {"protocol": {"modulus_ratio": MODULUS_RATIO} | one["protocol"]} for one in curves]
+    physical = [simulated_curve(one, physical_grid) for one in [*of_any_solid, *other_solids(SOLIDS)]]
+    write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", physical)
+    write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """The paper's own numbers, each transcribed once, in TOML and CSV files of `experiments/paper_values/`."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import re

@@ -7,8 +7,6 @@ does not exist. Results of the studies in `experiments/paper/` are in `RESULTS/s
 measurements, are published. Keyword-only parameters are options of the command line.
 """
 
-from __future__ import annotations
-
 import inspect
 import json
 import sys
@@ -22,6 +20,7 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
+from bem._support.text_files import read_toml
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
@@ -29,14 +28,28 @@ FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "publi
 """Published files and folders whose path is the argument."""
 PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""
-OWN_FILES = {
-    "bench_solver": Path("results/solver/bench.json"),
-    "pull_off_place": HERE.parent / "bem" / "dataset" / "pull_off_place.json",
-}
-"""Results that no figure reads."""
+PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
+"""A result that belongs to the package."""
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
+LeaveOut = Annotated[bool, typer.Option("--leave-out", help="Go on without it, if what it needs is not there.")]
+
+
+def read_config(path: Path, *keys: str) -> dict[str, Any]:
+    """Read a study's TOML file. It must hold exactly the given keys.
+
+    Raises:
+        FileNotFoundError: The file does not exist.
+        ValueError: The file is not TOML, or holds other keys.
+    """
+    try:
+        content = read_toml(path)
+    except ValueError as error:
+        raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
+    if set(content) != set(keys):
+        raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
+    return content
 
 
 @dataclass(frozen=True)
@@ -54,8 +67,8 @@ class Places:
             return self.taken[name]
         if name in FOLDERS:
             return self.published / FOLDERS[name]
-        if name in OWN_FILES:
-            return OWN_FILES[name]
+        if name == "pull_off_place":
+            return PULL_OFF_PLACE
         if name in PUBLISHED_STUDIES:
             return self.published / f"{name}.json"
         if (HERE / "paper" / f"{name}.py").is_file():
@@ -97,9 +110,6 @@ class Places:
         if name == "out":
             return self.path(asked_by)
         if name == "config":
-            # Imported here, so that a figure, which has no settings, does not load what studies share.
-            from experiments.common import read_config
-
             study = inspect.getmodule(function)
             own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
             return read_config(self.taken.get("config", own), *getattr(study, "KEYS", ()))

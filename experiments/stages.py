@@ -7,8 +7,6 @@ one machine. A stage with an unpublished part shows an estimate and says so.
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """
 
-from __future__ import annotations
-
 if __name__ == "__main__":  # before the imports that take long
     from bem._support.interruption import end_on_interrupt
 

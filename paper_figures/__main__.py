@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.outputs import plain_name, write_whole
-from experiments.places import Places, PublishedFolder, ResultsFolder, run_named, taken, with_options
+from experiments.places import LeaveOut, Places, PublishedFolder, ResultsFolder, run_named, taken, with_options
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -91,13 +91,20 @@ def command_of(module: ModuleType, name: str) -> Any:
         results: ResultsFolder = Path("results"),
         published: PublishedFolder = Path("published"),
         under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
+        leave_out: LeaveOut = False,
         **options: Any,
     ) -> None:
         if not name.startswith("table-"):
             words_of(name)  # before the figure is drawn
         places = Places(results, published, taken=taken(module.compose, options))
-        arguments = places.arguments(module.compose, name)
-        products = module.compose(**arguments, **options)
+        try:
+            arguments = places.arguments(module.compose, name)
+            products = module.compose(**arguments, **options)
+        except FileNotFoundError as error:
+            if not leave_out:
+                raise
+            print(f"{name} is left out: {error}")
+            return
         inner = plain_name(under, "--under") if under else ""
         sources = [path for path in map(places.path, arguments) if path.exists()]
         for place in save(products, name, results / "figures" / inner, results / "tables" / inner):

@@ -32,7 +32,7 @@ def targets():
 
 def test_targets_of_the_paper_data_models_and_development_keep_their_names(targets):
     """Those of figures and tables are the names of their modules."""
-    assert captions().keys() - targets == {"figure-own-architecture"}
+    assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
     wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset accuracy-price models
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
@@ -100,9 +100,9 @@ def test_a_change_makes_anew_what_was_made_from_it_and_little_else(changed, agai
 def test_a_figure_is_made_from_all_that_its_module_reads():
     database = make("-pnB", "studies", "figures", "tables", "cost-figures", "-o", ".venv/.installed").stdout
     rules = dict(re.findall(r"^(results/\S+): (.*)$", database, flags=re.MULTILINE))
-    for name in modules().keys() - {"figure-own-architecture"}:
+    for name in modules():
         product = f"tables/{name[6:]}.md" if name.startswith("table-") else f"figures/{name}.pdf"
-        asked = inspect.signature(import_module(modules()[name]).compose).parameters
+        asked = inspect.signature(import_module(modules()[name]).compose).parameters.keys() - {"family"}
         assert {str(Places().path(one)) for one in asked} <= set(rules[f"results/{product}"].split()), name
 
 
@@ -138,14 +138,18 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
         assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
 
 
-def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):
-    def drawn(name):
-        (tmp_path / "models" / name).mkdir(parents=True)
-        (tmp_path / "models" / name / "run.json").touch()
-        return "-m paper_figures figure-learning-curves" in commands("figures", f"PUBLISHED={tmp_path}")
-
-    found = {name: drawn(name) for name in ("M1-concat", "M1-concat-large", "M1-concat-8-epochs", "M4-gated")}
-    assert found == {"M1-concat": False, "M1-concat-large": False, "M1-concat-8-epochs": False, "M4-gated": True}
+def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
+    found = commands("paper", "cost-figures", "-B")
+    for name in ("figure-1", "figure-ranking", "table-accuracy-price"):
+        assert f"-m paper_figures {name} --results results --published published --leave-out" in found
+        assert "--leave-out" not in commands("-B", name)
+    assert (
+        "-m experiments architecture_graphs --results results --published published --configs experiments/configs --lea"
+        in found
+    )
+    report = commands("-B", "report")
+    assert "-m experiments adopted_settings" in report
+    assert "--leave-out" not in report
 
 
 @pytest.mark.parametrize(("status", "listed"), [(0, True), (1, True), (75, True), (75, False)])
@@ -187,6 +191,16 @@ NAMES, SETTINGS = (
 def test_every_variable_that_a_user_may_set_is_checked():
     assert set(re.findall(r"^([A-Z_0-9]+) \?=", MAKEFILE, re.MULTILINE)) <= SETTINGS | NAMES
     assert set(re.findall(r"\b([A-Z_]+)=(?:\d|yes|\.\.\.)", MAKEFILE)) - SETTINGS == {*("PYTHON", "OMP_NUM_THREADS")}
+
+
+def test_no_other_variable_of_a_recipe_comes_from_the_environment(monkeypatch):
+    used = set(re.findall(r"\$\(([A-Z][A-Z_0-9]*)[):]", MAKEFILE))
+    assigned = set(re.findall(r"^([A-Z_0-9]+) [:?]?=", MAKEFILE, re.MULTILINE))
+    of_targets = {"SET", "WHERE"}
+    assert used - assigned - SETTINGS - NAMES == {"MAKE", "MAKECMDGOALS", "CURDIR"} | of_targets
+    for name in ("LEAVE_OUT", "OWN", "WHERE", "SET", "TINY"):
+        monkeypatch.setenv(name, "; touch made")
+    assert "touch made" not in commands("-B", "figure-1", "ranking", "model-inputs-a", "smoke", "paper-from-scratch")
 
 
 SIGNS = ["", "two  words", "-x", "a;b", "$(shell touch made)", "`id`", "a|b", "a\\b", "a)", "a#"]
@@ -240,7 +254,7 @@ def test_an_environment_of_another_checkout_is_refused(linked, tmp_path):
     assert make("-n", "help", f"VENV={venv}", check=False).returncode == 0
 
 
-def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(python, tmp_path):
+def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path):
     def run(*targets):
         return make(*targets, f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout
 
@@ -252,15 +266,10 @@ def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(p
     small = run("setup-small")
     assert "about 1 GB" in small
     assert "--require-hashes --requirement requirements-small.lock\n" in small
-    assert 'not published: figure-4 figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
-    for goal in ("figure-4", "report"):
-        assert f"{goal} needs Keras" in refused("-n", goal)
     assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
-    assert 'figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
     shutil.copy(python, own)
     assert "--require-hashes --requirement requirements.lock\n" in run("setup")
-    assert "left out" not in run("-n", "figures", f"OUT={tmp_path}/out")

@@ -12,7 +12,7 @@ import pytest
 from bem import materials_library
 from bem.cli.arguments import read_design_file
 from bem.lab import ForceCurve
-from experiments.common import read_config
+from experiments.places import read_config
 from surrogate.cli.predict_io import read_table
 from surrogate.data.dataset import Split
 from surrogate.data.scaling import Scaling

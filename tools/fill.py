@@ -7,8 +7,6 @@ Usage: `python tools/fill.py [DOCUMENT ...] [--published DIR]`, by default for e
 `--check` only reports which documents are out of date.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Hooks of MkDocs for the guide: correct addresses of the gallery, keep words whole, refuse links to nothing."""
 
-from __future__ import annotations
-
 import re
 from html import unescape
 from pathlib import Path

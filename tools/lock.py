@@ -1,16 +1,17 @@
-"""Check that both lock files belong to `pyproject.toml`, or stamp new ones with the digest of their inputs.
+"""Check that both lock files belong to `pyproject.toml`, or resolve it again into all lock files.
 
 `requirements-small.lock` holds what `make setup-small` installs. The first line of a lock file holds a SHA-256 digest
 of the parts of `pyproject.toml` that decide the resolution. The check needs no network: it compares the digest,
 compares every direct requirement with the locked version, and requires that each locked package has a hash and that
 the file names no package index.
 
-Usage: `python tools/lock.py check` or `python tools/lock.py stamp`, which `make lock` calls.
+Usage: `python tools/lock.py check` or `python tools/lock.py resolve`, as `make check-lock` and `make lock` do.
 """
 
 import hashlib
 import json
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -23,6 +24,9 @@ PYPROJECT = ROOT / "pyproject.toml"
 LOCKS = {"requirements.lock": None, "requirements-small.lock": ("tables",)}
 """Lock files, and the optional groups that each holds; None for all."""
 STAMP = "# inputs sha256: "
+COMPILE = "pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header"
+NEWEST = ("keras", "pytest", "hypothesis", "fsspec", "jinja2", "networkx", "sympy")
+"""What the tests with the newest Keras need; the last four are what PyTorch needs."""
 UNLOCKED = {"peers"}
 """Optional groups that are not in the lock file: they pin their requirements, and are installed by hand."""
 PINNED = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)")
@@ -79,19 +83,50 @@ def problems(settings: dict, lock_text: str, names: tuple[str, ...] | None = Non
     return found
 
 
+def resolve(settings: dict) -> None:
+    """Resolve `pyproject.toml` into all lock files, by uv, and stamp the two that are checked; it needs the network.
+
+    Raises:
+        FileNotFoundError: There is no uv beside this Python.
+    """
+    uv, versions = Path(sys.executable).with_name("uv"), ROOT / "results" / "versions.txt"
+    if not uv.is_file():
+        raise FileNotFoundError(f"uv not found at {str(uv)!r}; run `make setup` first")
+
+    def compiled(lock: str, *options: str, more: tuple[str, ...] = ()) -> None:
+        command = [uv, *COMPILE.split(), *options, "--output-file", lock, "pyproject.toml", *(["-"] if more else [])]
+        subprocess.run(command, cwd=ROOT, input="\n".join(more), text=True, check=True)
+
+    full, small = LOCKS
+    compiled(full, *(word for name in locked_groups(settings) for word in ("--extra", name)))
+    # The same versions where they exist, which is below Python 3.13; setuptools installs this package.
+    below = []
+    for line in re.findall(r"^[a-z].*==.*", (ROOT / full).read_text(encoding="utf-8"), re.MULTILINE):
+        pinned, _, marker = line.removesuffix(" \\").partition(" ; ")
+        below.append(f'{pinned} ; python_full_version < "3.13"' + (f" and ({marker})" if marker else ""))
+    versions.parent.mkdir(exist_ok=True)
+    versions.write_text("\n".join(below) + "\n", encoding="utf-8")
+    newer = ("setuptools>=77", 'numpy>=2.1; python_version >= "3.13"')
+    compiled(small, "--extra", "tables", "--constraint", str(versions), "--no-annotate", more=newer)
+    for name in LOCKS:
+        text = (ROOT / name).read_text(encoding="utf-8")
+        body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(STAMP))
+        (ROOT / name).write_text(f"{STAMP}{input_digest(settings)}\n{body}", encoding="utf-8")
+    compiled("requirements-newest.txt", "--upgrade", "--no-annotate", more=NEWEST)
+
+
 def main(action: str) -> int:
     """Run one action and return the exit status, which is 1 if the lock file does not match."""
     settings = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
-    if action not in ("check", "stamp"):
-        raise ValueError(f"action must be 'check' or 'stamp'; received {action!r}")
-    found = []
-    for name, groups in LOCKS.items():
-        text = (ROOT / name).read_text(encoding="utf-8")
-        if action == "check":
-            found += [f"{name}: {sentence}" for sentence in problems(settings, text, groups)]
-            continue
-        body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(STAMP))
-        (ROOT / name).write_text(f"{STAMP}{input_digest(settings)}\n{body}", encoding="utf-8")
+    if action not in ("check", "resolve"):
+        raise ValueError(f"action must be 'check' or 'resolve'; received {action!r}")
+    if action == "resolve":
+        resolve(settings)
+    found = [
+        f"{name}: {sentence}"
+        for name, groups in LOCKS.items()
+        for sentence in problems(settings, (ROOT / name).read_text(encoding="utf-8"), groups)
+    ]
     for sentence in found:
         print(f"{sentence}; run `make lock`", file=sys.stderr)
     return int(bool(found))

@@ -10,8 +10,6 @@ states the number. Single calls of a surrogate are timed on the first `SINGLE_CA
 same number of steps, so that all calls take the same time.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -119,17 +117,16 @@ def study(
     cases = held_out(count, dataset)
     exact = tools.refined(cases, jobs)
     steps = tools.from_steps(exact[:, 2:], np.array([case.depths for case in cases]))
-    old = tools.outdated(models, dataset)
+    absent = tools.absent(models, dataset)
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with threadpool_limits(limits=1), without_extrapolation_warnings():
         rows += without_learning(cases, exact, repeats, finest)
-        rows += surrogates(cases, models, exact, repeats, old)
+        rows += surrogates(cases, models, exact, repeats, absent["outdated"])
     return {
         "protocols": len(cases),
         "repeats": repeats,
         "truth_target": tools.EXACT_TARGET,
         "solver": SOLVER_VERSION,
         "tools": rows,
-        "missing": tools.missing(models),
-        "outdated": old,
+        **absent,
     }

@@ -7,8 +7,6 @@
   trajectory, so that all processor seconds are due to scheduling.
 """
 
-from __future__ import annotations
-
 import resource
 import subprocess
 import sys
@@ -34,16 +32,12 @@ from experiments.measurements.harness import CLOCK, in_fresh_process, progress
 
 DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
+SAID = "\nimport time; print(time.process_time())"
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.run",
     "worker": "from bem.dataset import campaign, jobs\njobs.warm_solver()",
 }
-
-
-def start_seconds(repeats: int = 3) -> dict[str, float]:
-    """Processor seconds until a new process has run the code of `STARTS`; the kernels are compiled before."""
-    said = "\nimport time; print(time.process_time())"
-    return {name: median(in_fresh_process(code + said)[0] for _ in range(repeats)) for name, code in STARTS.items()}
+"""What a new process runs until it says its processor seconds; the kernels are compiled before."""
 
 
 def run_seconds(count: int, workers: int) -> dict[str, float]:
@@ -151,7 +145,9 @@ def study(
         return {
             "runs": runs,
             "count": count,
-            "start": start_seconds(),
+            "start": {
+                name: median(in_fresh_process(code + SAID)[0] for _ in range(3)) for name, code in STARTS.items()
+            },
             "one_process": saved(known, Path(folder)),
             "dask": under_dask(DASK_TRAJECTORIES, DASK_WORKERS, STUB_SECONDS),
         }

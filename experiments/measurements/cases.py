@@ -4,20 +4,18 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
 from bem.dataset.measurement_steps import measurement_times
-from experiments import common
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -44,7 +42,7 @@ class Case:
     protocol: LoadingProtocol
 
     @classmethod
-    def of(cls, row: dict[str, float]) -> Case:
+    def of(cls, row: dict[str, float]) -> Self:
         """The case of one row of columns; a modulus ratio of 1 is an elastic solid."""
         ratio = row.get("modulus_ratio", MODULUS_RATIO)
         material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
@@ -54,6 +52,17 @@ class Case:
     def run(self, accuracy: str | float) -> Trajectory:
         """Simulate the case."""
         return simulate(self.scene, self.protocol, accuracy)
+
+    def simulated(self, accuracy: str | float, profiles: int | None = None) -> Trajectory:
+        """Simulate the case to its end.
+
+        Raises:
+            RuntimeError: The simulation did not complete.
+        """
+        found = simulate(self.scene, self.protocol, accuracy, profiles=profiles)
+        if not found.completed:
+            raise RuntimeError(f"{self} did not complete: {found.status}")
+        return found
 
     @property
     def steps(self) -> np.ndarray:
@@ -84,18 +93,16 @@ def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
 
 
 def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
-    """Columns of random protocols: 'inside' the paper's box, 'beyond' it, 'elastic' (beyond), or 'stiff'.
+    """Columns of random protocols: 'inside' the paper's box, 'beyond' it, or 'stiff'.
 
     Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
     """
-    ranges = {"beyond": BEYOND, "elastic": BEYOND, "stiff": STIFF}.get(where, {})
+    ranges = {"beyond": BEYOND, "stiff": STIFF}.get(where, {})
     columns = Design(design, ranges).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, MODULUS_RATIO)
-    if where in ("beyond", "elastic"):
+    if where == "beyond":
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
         columns["peak_indentation"] = np.minimum(columns["peak_indentation"], DEEPEST * columns["tabor"] ** -1.5)
-    if where == "elastic":
-        columns["modulus_ratio"] = np.ones(count)
     if where == "stiff":
         rng = np.random.default_rng([seed, 2])
         columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
@@ -110,13 +117,13 @@ class Hidden:
     quantities: dict[str, np.ndarray]
 
     @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Hidden:
+    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Self:
         """Draw protocols in the paper's ranges."""
         found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, HIDDEN_SEED)
         return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
 
     @classmethod
-    def corners(cls, modulus_ratio: float) -> Hidden:
+    def corners(cls, modulus_ratio: float) -> Self:
         """All corners of the paper's ranges, 32 protocols."""
         columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
         quantities = dict(zip(PAPER_RANGES, columns, strict=True))
@@ -125,9 +132,9 @@ class Hidden:
     def __len__(self) -> int:
         return len(self.quantities["tabor"])
 
-    def part(self, rows: slice) -> Hidden:
+    def part(self, rows: slice) -> Self:
         """Some of the protocols."""
-        return Hidden({name: values[rows] for name, values in self.quantities.items()})
+        return type(self)({name: values[rows] for name, values in self.quantities.items()})
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""
@@ -136,7 +143,7 @@ class Hidden:
     def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
         """Simulate one after the other."""
         for row in rows_of(self.quantities):
-            yield common.simulated(row, accuracy=accuracy, modulus_ratio=row["modulus_ratio"])
+            yield Case.of(row).simulated(accuracy)
 
 
 def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:

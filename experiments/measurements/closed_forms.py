@@ -9,8 +9,6 @@ pull-off force alone. An answer is that of `experiments.measurements.tools`, NaN
 Sources: the modules of `bem.reference_solutions`. Units as there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import ModuleType
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Each random protocol of the paper's box is followed in ticks: from its start, or
 from a random instant that one step reaches. The mesh has room for the peak from the start.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -7,8 +7,6 @@ does, and pulls where there is adhesion. Each run has a peak of its own, so that
 process keeps between runs (the curve of elastic equilibria) is kept.
 """
 
-from __future__ import annotations
-
 from itertools import combinations, product
 from typing import Any, NamedTuple
 

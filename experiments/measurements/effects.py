@@ -10,8 +10,6 @@ adhesion, over the true Tabor parameter; and for one relaxation process in place
 span. What the scenes cost is measured by `experiments.measurements.effect_pairs`.
 """
 
-from __future__ import annotations
-
 from itertools import takewhile
 from typing import Any
 

@@ -10,15 +10,14 @@ If other programs compete for the core, processor seconds fall below wall second
 machine. A measurement is therefore not published if its processor seconds are too small a share of the wall seconds.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -28,12 +27,12 @@ import typer
 from bem._support.interruption import deaf_processes
 from bem._support.outputs import write_whole
 from bem._support.text_files import plain
-from experiments.progress import progress
 
 NOT_PUBLISHED = Path("results/measurements")
 """Folder of measurements made on a busy machine."""
 LEAST_SHARE = 0.9
 """Least ratio of processor seconds to wall seconds; below it, the machine counts as busy."""
+SAID_EVERY = 20.0  # seconds between two lines on progress
 BUDGET = 240.0  # seconds in all runs of a tool, beyond which it is not run again
 Item = TypeVar("Item")
 Jobs = Annotated[int, typer.Option(help="Processes.")]
@@ -77,6 +76,24 @@ class Clock:
 
 CLOCK = Clock()
 """The clock of this process."""
+
+
+def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
+    """Yield the items one by one, and say on standard error how many are done and how long the rest will take.
+
+    The time of the first is left out of the estimate, because programs start and kernels are compiled in it. `total` is
+    required if `items` has no length.
+    """
+    count = len(items) if total is None else total  # type: ignore[arg-type]
+    started = said = first = time.perf_counter()
+    for done, item in enumerate(items, start=1):
+        yield item
+        now = time.perf_counter()
+        first = now if done == 1 else first
+        if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
+            rest = f", {timedelta(seconds=round((now - first) * (count - done) / (done - 1)))} left" if done > 1 else ""
+            print(f"{label}: {done} of {count}{rest}", file=sys.stderr, flush=True)
+            said = now
 
 
 def timed(function: Callable[[], Any], repeats: int = 1, *, first: bool = True) -> list[float]:
@@ -129,21 +146,26 @@ def in_turn(calls: Mapping[Item, tuple[Callable[[int], Any], int]], rounds: int)
 
 
 def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
-    """Run Python source in a new process and return the numbers that it prints."""
+    """Run Python source in a new process and return the numbers that it prints.
+
+    Raises:
+        RuntimeError: The process failed.
+    """
     command = [sys.executable, "-c", source, *map(str, arguments)]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
+    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
+    if answer.returncode:
+        raise RuntimeError(f"a process of its own failed: {''.join(answer.stderr.splitlines()[-1:])}")
     return [float(word) for word in answer.stdout.split()]
 
 
 def in_parallel(
-    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str, ordered: bool = True
+    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str
 ) -> list[Item]:
-    """Results of a function for each tuple of arguments, computed in `jobs` processes; in order, or as they arrive."""
+    """Results of a function for each tuple of arguments, computed in `jobs` processes, in order."""
     from joblib import Parallel, delayed
 
-    order = "generator" if ordered else "generator_unordered"
     with deaf_processes():
-        results = Parallel(n_jobs=jobs, return_as=order)(delayed(function)(*some) for some in arguments)
+        results = Parallel(n_jobs=jobs, return_as="generator")(delayed(function)(*some) for some in arguments)
     return list(progress(results, label, len(arguments)))
 
 

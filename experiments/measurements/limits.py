@@ -3,8 +3,6 @@
 Scenes are named by what they show. Errors are against the same simulation at a finer accuracy.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import subprocess
@@ -15,17 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from bem import (
-    ConstantStress,
-    Elastic,
-    ForceProtocol,
-    LoadingProtocol,
-    PowerLaw,
-    Scene,
-    StandardLinearSolid,
-    Trajectory,
-    simulate,
-)
+import bem
+from bem import ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from experiments.measurements.harness import CLOCK, Repeats, Seed
 
 SOLID = StandardLinearSolid(0.1)
@@ -84,10 +73,10 @@ def study(*, repeats: Repeats = 5, seed: Seed = 1) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         compiled = of_command("compile", cache=folder)
     elastic = {"scene": Scene(3.0), "protocol": cycle(30.0, 1.0), "accuracy": "reference"}
-    flat = Scene(0.127, adhesion=ConstantStress(), indenter=PowerLaw(8.0))
+    flat = Scene(0.127, adhesion=bem.ConstantStress(), indenter=bem.PowerLaw(8.0))
     pulled = ForceProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, -5.0, 0.0, 1.0])
     coarse, fine = (simulate(flat, pulled, accuracy).pull_off_force for accuracy in ("standard", 1e-3))
-    materials = {"elastic": Elastic(), "viscoelastic": SOLID}
+    materials = {"elastic": bem.Elastic(), "viscoelastic": SOLID}
     return {
         "compile_seconds": compiled,
         "command_seconds": min(of_command("simulate", *PROTOCOL) for _ in range(repeats)),

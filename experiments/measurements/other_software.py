@@ -7,8 +7,6 @@ of `bem`. Indentation and forces are those of `bem.trajectory`. Neither package 
 Sources: `Adhesion.Interactions.Lj82` is the law of `bem.tractions`; for tamaas, Polonsky and Keer, Wear 231 (1999) 206.
 """
 
-from __future__ import annotations
-
 import math
 from importlib.metadata import PackageNotFoundError, version
 

@@ -11,8 +11,6 @@ of the solver cover the whole loading and unloading; those of Adhesion begin wit
 soon after the largest tension; those of tamaas cover one state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial

@@ -7,23 +7,12 @@ recommended scene and the full scene are simulated at `ACCURACY`, and their diff
 The saving is the ratio of their seconds at standard accuracy, over the scenes that were simplified.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from bem import (
-    HardContact,
-    LennardJones,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    recommend,
-    simulate,
-)
+import bem
+from bem import LoadingProtocol, PiecewiseLinearProtocol, Scene, recommend, simulate
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import IndentationProtocol
@@ -49,11 +38,11 @@ def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Indentatio
     for quantities in rows_of(drawn):
         tabor = quantities.pop("tabor")
         ratio = 0.1 if name in ("paper", "two loads") else float(10.0 ** generator.uniform(-2.0, -0.1))
-        material: StandardLinearSolid | PronySeries = StandardLinearSolid(ratio)
+        material: bem.StandardLinearSolid | bem.PronySeries = bem.StandardLinearSolid(ratio)
         if name == "ten terms":
             weights = generator.dirichlet(np.ones(TERMS))
-            material = PronySeries(0.9 * weights, np.sort(10.0 ** generator.uniform(-3.0, 3.0, TERMS)))
-        law = HardContact() if name == "no adhesion" else LennardJones()
+            material = bem.PronySeries(0.9 * weights, np.sort(10.0 ** generator.uniform(-3.0, 3.0, TERMS)))
+        law = bem.HardContact() if name == "no adhesion" else bem.LennardJones()
         once = LoadingProtocol(**quantities)
         twice = name == "two loads" and two_loads(once, tabor, float(generator.uniform(0.0, 0.9)))
         cases.append((Scene(tabor, material, law), twice or once))

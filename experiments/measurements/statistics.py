@@ -1,7 +1,5 @@
 """Errors and their summaries, the same in all measurements."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

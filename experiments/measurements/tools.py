@@ -5,8 +5,6 @@ where a tool does not complete. The timed work runs from the protocol to this an
 `experiments.measurements.closed_forms`, other software in `experiments.measurements.other_software`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -145,18 +143,13 @@ def published(models: Path) -> list[str]:
     return [name for name in names() if all((models / name / file).is_file() for file in FILES)]
 
 
-def missing(models: Path) -> list[str]:
-    """Architectures that are not published completely."""
-    present = published(models)
-    return [name for name in names() if name not in present]
-
-
 def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
     """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds."""
     return trained_otherwise(published_trainings(models), dataset_digest(dataset))
 
 
-def outdated(models: Path, dataset: Path) -> list[str]:
-    """Published models that the comparison leaves out, by name."""
-    otherwise = left_out(models, dataset)
-    return [name for name in published(models) if name in otherwise]
+def absent(models: Path, dataset: Path) -> dict[str, list[str]]:
+    """Architectures that are not published completely, and published ones that the comparison leaves out."""
+    present, otherwise = published(models), left_out(models, dataset)
+    missing = [name for name in names() if name not in present]
+    return {"missing": missing, "outdated": [name for name in present if name in otherwise]}

@@ -5,8 +5,6 @@ does not show that a result is reproduced. The closed forms of the two elastic l
 evaluates them.
 """
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 from typing import Any
@@ -18,8 +16,8 @@ from bem.dataset.measurement_steps import FMS
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
-from experiments import common
 from experiments.paper_numbers import paper_rows
+from experiments.places import read_config
 from experiments.trainings.feature_sets import KEYS
 from surrogate.training.recipe import Recipe
 
@@ -65,7 +63,7 @@ def study(configs: Path) -> dict[str, Any]:
     """Read the settings."""
     from surrogate.data.features import channel_names
 
-    features = common.read_config(configs / "feature_sets.toml", *KEYS)
+    features = read_config(configs / "feature_sets.toml", *KEYS)
     radii = np.linspace(0.5, 3.0, 100_001)
     return {
         "ranges": {name: list(bounds) for name, bounds in PAPER_RANGES.items()},

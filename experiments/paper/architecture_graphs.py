@@ -4,10 +4,11 @@ For each model: its layers in order of computation, each with its kind, a short 
 parameters and the layers that it reads.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
 
 
 def label(layer: Any) -> str:
@@ -61,8 +62,26 @@ def graphs(names: Iterable[str]) -> dict[str, Any]:
     return {"channels": list(channel_names("D")), "families": families, "models": models}
 
 
-def study() -> dict[str, Any]:
-    """The graphs of the 18 paper models."""
-    from surrogate.architectures.naming import paper_names
+def study(
+    out: Path,
+    *,
+    architecture: Annotated[
+        list[str] | None, typer.Option(help="Describe what this file registers instead; repeatable.")
+    ] = None,
+) -> dict[str, Any]:
+    """The graphs of the 18 paper models, or of user-defined architectures, in a file of their own.
 
-    return graphs(paper_names())
+    Raises:
+        ValueError: `out` is the file of the paper models.
+    """
+    if architecture and out.name == "architecture_graphs.json":
+        raise ValueError(
+            f"--out must name another file for the graphs of {', '.join(architecture)}; received {str(out)!r}"
+        )
+    import surrogate
+    from surrogate.architectures.naming import paper_names, split_name
+    from surrogate.architectures.registry import REGISTERED, load_architectures
+
+    load_architectures([Path(file) for file in architecture or ()])
+    own = [name for name in surrogate.names() if split_name(name)[0] in REGISTERED]
+    return graphs(own if architecture else paper_names())

@@ -14,6 +14,7 @@ import numpy as np
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from bem.dataset.records import RESULTS
 from experiments import common
+from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def regime(
     """One row of the timing table: native history, measurement steps, prediction, scalars, errors and seconds."""
     from surrogate.data.metrics import hysteresis, nmae
 
-    trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+    trajectory = Case.of(protocol | {"modulus_ratio": config["modulus_ratio"]}).simulated(config["accuracy"])
     steps = common.on_steps(protocol, trajectory)
     force = common.predicted(trained, steps, protocol["tabor"])
     found, reference = (

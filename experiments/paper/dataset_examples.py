@@ -8,7 +8,8 @@ axis, and is computed at the accuracy of the data set.
 from typing import Any
 
 from bem.dataset.records import RESULTS
-from experiments.common import MODULUS_RATIO, on_steps, problem, simulated
+from experiments.common import MODULUS_RATIO, on_steps
+from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
 MAPPING = {"tabor": 3.2, "peak_indentation": 12.0, "loading_rate": 5.0, "dwell_time": 2.0, "unloading_rate": 5.0}
@@ -17,12 +18,12 @@ ACCURACY = "reference"
 
 def example(name: str, quantities: dict[str, float], accuracy: str | float = ACCURACY) -> dict[str, Any]:
     """One trajectory, ready for JSON: its protocol, time steps of the solver, measurement steps and results."""
-    scene, protocol = problem(quantities)
-    trajectory = simulated(quantities, accuracy=accuracy)
+    case = Case.of(quantities)
+    trajectory = case.simulated(accuracy)
     return {
         "name": name,
         "protocol": quantities,
-        "phase_times": protocol.phase_times(scene.tabor),
+        "phase_times": case.protocol.phase_times(case.scene.tabor),
         "native": {part: getattr(trajectory, part) for part in ("time", "indentation", "force")},
         "steps": on_steps(quantities, trajectory),
         "results": {part: getattr(trajectory, part) for part in RESULTS},

@@ -4,8 +4,6 @@ The study reads `test_errors.csv` of a model directory and predicts nothing. Sou
 interpretable error statistics".
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any
@@ -23,7 +21,7 @@ PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_perce
 
 
 def read_errors(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a `test_errors.csv`.
+    """The columns of a `test_errors.csv`, or of another table of numbers that a training writes.
 
     Raises:
         FileNotFoundError: The file does not exist.

@@ -4,8 +4,6 @@ The paper shows one trajectory, its sample (8). The study also treats every held
 and sampled at each number of steps. Source: the paper's appendix "FMS-resolution transferability".
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
 from experiments.common import require_dataset
-from experiments.measurements.cases import rows_of
+from experiments.measurements.cases import Case, rows_of
 from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
 
@@ -26,7 +24,7 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
     """One protocol: the solver's trajectory, and the prediction and its error for each number of steps."""
     from surrogate.data.metrics import nmae
 
-    trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+    trajectory = Case.of(protocol | {"modulus_ratio": config["modulus_ratio"]}).simulated(config["accuracy"])
     predictions = {}
     for total in config["steps"]:
         points_per_phase = proportional_counts(total)
@@ -57,9 +55,9 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     require_dataset(models / config["model"], dataset)
     indices = Split.load(models / config["model"] / "split.json").test[: config["trajectories"] or None]
     protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
-    how = {name: config[name] for name in ("modulus_ratio", "accuracy")}
     rows = progress(rows_of(protocols), "held-out trajectories")
-    return protocols, [common.simulated(row, **how) for row in rows]
+    cases = (Case.of(row | {"modulus_ratio": config["modulus_ratio"]}) for row in rows)
+    return protocols, [case.simulated(config["accuracy"]) for case in cases]
 
 
 def errors_on_grid(

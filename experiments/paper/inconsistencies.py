@@ -4,8 +4,6 @@
 `paper_values/slips.toml`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,8 +18,10 @@ from experiments.paper_numbers import paper_rows, paper_values
 
 def start_force() -> dict[str, float]:
     """Force of the relaxed sphere at the start indentation, for the smallest and the largest Tabor parameter."""
+    from experiments.measurements.cases import Case
+
     ramps = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 1.0, "unloading_rate": 1.0}
-    found = {mu: common.simulated({"tabor": mu, **ramps}, accuracy="reference") for mu in (0.2, 3.2)}
+    found = {mu: Case.of({"tabor": mu, **ramps}).simulated("reference") for mu in (0.2, 3.2)}
     return {f"force at the start, mu = {mu}": float(trajectory.force[0]) for mu, trajectory in found.items()}
 
 

@@ -7,14 +7,12 @@ separate list; they have the same held-out part. Source: the paper's section "Mo
 on conditioning and learning curves.
 """
 
-from __future__ import annotations
-
-import csv
 from pathlib import Path
 from typing import Any
 
 from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
+from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
@@ -33,10 +31,8 @@ PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, on
 
 def read_history(path: Path) -> dict[str, list[float]]:
     """Epochs, errors and core seconds of a `history.csv`, as columns."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    columns = ("epoch", "train_mse", "validation_mse", "cpu_seconds")
-    return {name: [float(row[name]) for row in rows] for name in columns}
+    found = read_errors(path)
+    return {name: found[name].tolist() for name in ("epoch", "train_mse", "validation_mse", "cpu_seconds")}
 
 
 def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:

@@ -8,8 +8,6 @@ and its summary gives the distance. Source: the paper's section on the relaxed s
 protocol definitions.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.reference_solutions import jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
 KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
@@ -56,7 +55,7 @@ def beta_over_length_scale(tabor: float) -> float:
 def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
     """Amplifications and velocities of one protocol."""
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
-    trajectory = common.simulated(protocol, modulus_ratio=ratio, accuracy=config["accuracy"])
+    trajectory = Case.of(protocol | {"modulus_ratio": ratio}).simulated(config["accuracy"])
     steps = common.on_steps(protocol, trajectory)
     force = common.predicted(trained, steps, tabor)
     own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
@@ -85,12 +84,6 @@ def summary(points: list[dict[str, float]]) -> dict[str, float]:
     return found
 
 
-def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> float:
-    """Distance of the protocols' Tabor parameters above the model's trained range, in percent of its upper end."""
-    highest = max(protocol["tabor"] for protocol in protocols)
-    return max(0.0, 100.0 * (highest / trained.scaling.ranges["tabor"][1] - 1.0))
-
-
 def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
     trained = common.load_surrogate(config["model"], models)
@@ -99,8 +92,10 @@ def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     velocities = np.array([one["crack_velocity"] for one in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
     found = summary(points)
-    found["extrapolation_percent"] = extrapolation_percent(trained, protocols)
-    found["trained_up_to_tabor"] = trained.scaling.ranges["tabor"][1]
+    highest, trained_up_to = max(one["tabor"] for one in protocols), trained.scaling.ranges["tabor"][1]
+    # How far above the trained range, in percent of its upper end.
+    found["extrapolation_percent"] = max(0.0, 100.0 * (highest / trained_up_to - 1.0))
+    found["trained_up_to_tabor"] = trained_up_to
     limits = theory.effective_energy(np.array([0.0, LARGE]), config["modulus_ratio"])
     found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
     found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))

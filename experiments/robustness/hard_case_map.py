@@ -7,8 +7,6 @@ energy. The extremes are also run at coarser accuracies, at which a solver fails
 `experiments.robustness.soak`, inside the box and beyond it.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -111,12 +109,6 @@ def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str,
     return {"name": name, **found, "coarse": coarse}
 
 
-def mapped(row: dict[str, Any]) -> dict[str, Any]:
-    """One random protocol, compared with its refinement."""
-    case = Case.of(row)
-    return {**row, **compared(case.scene, case.protocol)}
-
-
 def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
     """Simulate random protocols inside the box, as many beyond it, and the extremes."""
     points = [
@@ -124,7 +116,10 @@ def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, An
     ]
     # The most expensive cases run first, so that the other cores do not wait for the last one.
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
-    rows = in_parallel(mapped, [(point,) for point in points], jobs=jobs, label="random protocols", ordered=False)
+    cases = [Case.of(point) for point in points]
+    tasks = [(case.scene, case.protocol) for case in cases]
+    found = in_parallel(compared, tasks, jobs=jobs, label="random protocols")
+    rows = [{**point, **one} for point, one in zip(points, found, strict=True)]
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
     named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
     return {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}

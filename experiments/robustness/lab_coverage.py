@@ -8,8 +8,6 @@ curve alone gives. Cases are kept, so that an interrupted run continues with the
 number, the seed, the solver's version and the code of study and fit.
 """
 
-from __future__ import annotations
-
 import sys
 from functools import partial
 from pathlib import Path
@@ -159,16 +157,6 @@ def counted(results: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def mapped(folder: Path, seed: int) -> dict[str, Any]:
-    """Processor seconds of a map of closed forms, written and read as an instrument's file, in one process."""
-    path, out = folder / "map.h5", folder / "map.csv"
-    write_map(path, [CLASSES[MAPPED[i % len(MAPPED)]](np.random.default_rng([i, seed]))[0] for i in range(PIXELS)])
-    out.unlink(missing_ok=True)
-    with CLOCK:
-        rows = fit_map([path], out, radius="5 um")
-    return {"curves": len(rows), "seconds": CLOCK.seconds, "fitted": sum(not row["reason"] for row in rows)}
-
-
 def page_text(lab_coverage: Any) -> str:
     """The table of docs/laboratory.md."""
     rows = []
@@ -212,7 +200,7 @@ def study(
     jobs: Jobs = 1,
     folder: Annotated[Path, typer.Option(help="Where cases are kept.")] = KEPT,
 ) -> dict[str, Any]:
-    """Draw, fit and count."""
+    """Draw, fit and count; a map of closed forms is written and read as an instrument's file, in one process."""
     code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.rglob("*.py"))]
     code += [Path(module.__file__).read_text(encoding="utf-8") for module in (sys.modules[__name__], lab_curves)]
     place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
@@ -220,5 +208,12 @@ def study(
     for kind, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
         wanted = [(place / f"{kind}-{number}.json", partial(one_case, kind, seed, number)) for number in range(count)]
         content[kind] = counted(in_parallel(kept, wanted, jobs=jobs, label=f"fits, {kind}"))
-    content["map"] = mapped(place, seed)
+    path, out = place / "map.h5", place / "map.csv"
+    drawn_in_turn = (CLASSES[MAPPED[i % len(MAPPED)]](np.random.default_rng([i, seed])) for i in range(PIXELS))
+    write_map(path, [curve for curve, _, _ in drawn_in_turn])
+    out.unlink(missing_ok=True)
+    with CLOCK:
+        rows = fit_map([path], out, radius="5 um")
+    fitted = sum(not row["reason"] for row in rows)
+    content["map"] = {"curves": len(rows), "seconds": CLOCK.seconds, "fitted": fitted}
     return content

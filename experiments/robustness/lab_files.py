@@ -5,8 +5,6 @@ installed in an environment of its own, whose Python is given; it fits a parabol
 approach. `fit` climbs its ladder, and fits Hertz to the approach with nanite's weights for the comparison.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections import Counter
@@ -20,8 +18,7 @@ from bem.lab import ForceCurve, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.lab.reading import load_afm
 from bem.lab.units import readable
-from experiments.measurements.harness import CLOCK
-from experiments.progress import progress
+from experiments.measurements.harness import CLOCK, progress
 
 RADIUS = 5e-6
 FEW = 2
@@ -83,7 +80,9 @@ def files_text(lab_files: Any) -> str:
         fitted = [each for each in curves if "model" in each]
         misfits = sorted(each["misfit"] for each in fitted)
         between = f"{misfits[0]:.2g} to {misfits[-1]:.2g}" if misfits else ""
-        reasons = Counter(_short(each["reason"]) for each in [*files, *curves] if each.get("reason"))
+        said = [each["reason"] for each in [*files, *curves] if each.get("reason")]
+        # Without what belongs to one file.
+        reasons = Counter(reason.partition(";")[0].partition(":")[0].partition(", or")[0] for reason in said)
         refused = "; ".join(f"{count}: {reason}" for reason, count in reasons.most_common())
         adequate = sum(each["adequate"] for each in fitted)
         rows.append(
@@ -109,11 +108,6 @@ def beside_text(lab_files: Any) -> str:
             rows.append([f"{name}, {ours['number']}", *moduli, *seconds, said, rating])
     header = ["file, curve", "Hertz here", "interval, or spread over depth", "nanite", "CPU s here", "CPU s nanite"]
     return markdown_table([*header, "the ladder says", "nanite's rating, of 10"], rows, "lrrrrrlr")
-
-
-def _short(reason: str) -> str:
-    """The first words of a reason, without what belongs to one file."""
-    return reason.partition(";")[0].partition(":")[0].partition(", or")[0]
 
 
 def study(

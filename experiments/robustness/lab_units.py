@@ -1,7 +1,5 @@
 """The tables of `docs/units.md`: three real contacts in the solver's units, and the effect of the effective range."""
 
-from __future__ import annotations
-
 import re
 
 from bem import Elastic, StandardLinearSolid

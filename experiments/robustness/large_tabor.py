@@ -5,8 +5,6 @@ a spring, or by a prescribed force, at rates of over five decades. Every scene c
 that it met. Some that complete are simulated again with a quarter of the target error.
 """
 
-from __future__ import annotations
-
 from itertools import cycle, pairwise
 from typing import Annotated, Any
 
@@ -105,5 +103,5 @@ def study(
 ) -> dict[str, Any]:
     """Simulate random scenes of large Tabor parameters."""
     tasks = [(row, number < refined) for number, row in enumerate(drawn(count, seed))]
-    rows = in_parallel(solved, tasks, jobs=jobs, label="scenes", ordered=True)
+    rows = in_parallel(solved, tasks, jobs=jobs, label="scenes")
     return {"target": resolve_accuracy("draft").target, "scenes": rows}

@@ -7,8 +7,6 @@ chunks. Protocol i depends on the seed and i only. Chunks are kept, so that the 
 soak; they are identified by the version of the solver, its accuracy and their protocols.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any

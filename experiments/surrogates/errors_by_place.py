@@ -5,8 +5,6 @@ solver's pull-off force, and to its loop area or, if this is more, a hundredth o
 drawn from the seed of the command line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Annotated, Any
 

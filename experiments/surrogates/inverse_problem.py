@@ -4,8 +4,6 @@ The posterior of `examples/infer_material.py`, of a million samples by the pretr
 solver, from the same noisy curve. The seconds of a sample, from parameters to likelihood, are taken in turns.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,7 +16,7 @@ from surrogate.posterior import BATCH, Map, Sample, likelihood
 
 ROUNDS, TIMED = 7, 32
 """Rounds of the timing, and simulations in each."""
-BINS = {example.SOLVER: 24}
+BINS, PAIR_BINS = {example.SOLVER: 24}, 50
 SHOWN = 400
 """Samples of the solver that are drawn in the figure."""
 
@@ -46,31 +44,28 @@ def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, n
     return found
 
 
-def pairs(sample: Sample, bounds: np.ndarray, bins: int = 50) -> list[dict[str, Any]]:
-    """Histograms of neighbouring parameters."""
-    values, found = np.exp(sample.logarithms).T, []
-    for pair in ([0, 1], [1, 2]):
-        density, x, y = np.histogram2d(*values[pair], bins, bounds[pair], weights=sample.weights)
-        found.append({"parameters": pair, "x": x, "y": y, "density": density})
-    return found
-
-
 def described(found: example.Inference) -> dict[str, Any]:
     """Summaries and histograms of the posteriors, on the same bounds; of pairs for the surrogate alone."""
     summaries = {name: sample.summary() for name, sample in found.posteriors.items()}
     margin = 2.0 * np.max([one["sd"] for one in summaries.values()], axis=0)
     low, high = (np.array([one[end] for one in summaries.values()]) for end in ("low", "high"))
     bounds = np.column_stack([low.min(axis=0) - margin, high.max(axis=0) + margin])
-    return {
+    content: dict[str, dict[str, Any]] = {
         name: {
             "samples": len(sample),
             "effective": sample.effective,
             "summary": summaries[name],
             "densities": densities(sample, bounds, BINS.get(name, 80)),
         }
-        | ({"pairs": pairs(sample, bounds)} if name == example.SURROGATE else {})
         for name, sample in found.posteriors.items()
     }
+    sample, pairs = found.posteriors[example.SURROGATE], []
+    for pair in ([0, 1], [1, 2]):
+        values, ends = np.exp(sample.logarithms).T[pair], bounds[pair]
+        density, x, y = np.histogram2d(*values, PAIR_BINS, ends, weights=sample.weights)
+        pairs.append({"parameters": pair, "x": x, "y": y, "density": density})
+    content[example.SURROGATE]["pairs"] = pairs
+    return content
 
 
 def study(

@@ -5,8 +5,6 @@ its neighbours, are compared with the solver's pull-off force, their loop area w
 rule, as the paper does, and by monotone cubics.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

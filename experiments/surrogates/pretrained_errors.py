@@ -12,8 +12,6 @@ differences of 5 % to either side, which every tool uses: an error is the tool's
 Errors are relative to the solver at a finer accuracy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
@@ -141,15 +139,6 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     return found
 
 
-def slopes(models: dict[str, Any], hidden: Hidden) -> dict[str, Any]:
-    """Errors of the gradients of the solver at standard accuracy and of every model."""
-    true = gradient(of_solver(FINE), hidden)
-    tools = {"solver": of_solver("standard")}
-    tools |= {name: of_model(model, name) for name, model in models.items()}
-    found = {name: gradient_errors(gradient(tool, hidden, count_of(name)), true) for name, tool in tools.items()}
-    return {"count": len(hidden), "difference": STEP, "fine": FINE, "tools": found}
-
-
 def study(
     *, count: Count = 2000, model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None
 ) -> dict[str, Any]:
@@ -168,4 +157,9 @@ def study(
                 errors[name][kind] = compare(name, one, hidden, truth)
     few = Hidden.draw(min(count, TIMED), MODULUS_RATIO)
     content = {"count": count, "coverage": COVERAGE, "fast": FAST, "models": errors}
-    return content | {"gradients": slopes(models, few), "seconds": cost(models, few)}
+    tools: dict[str, PullOff] = {"solver": of_solver("standard")}
+    tools |= {name: of_model(one, name) for name, one in models.items()}
+    true = gradient(of_solver(FINE), few)
+    slopes = {name: gradient_errors(gradient(tool, few, count_of(name)), true) for name, tool in tools.items()}
+    gradients = {"count": len(few), "difference": STEP, "fine": FINE, "tools": slopes}
+    return content | {"gradients": gradients, "seconds": cost(models, few)}

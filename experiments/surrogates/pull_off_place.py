@@ -5,8 +5,6 @@ and in their corners. Judged on other protocols are the residual of log s (`bem.
 of the pull-off force that the solver's own forces at the steps show, in percent.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -49,16 +47,6 @@ def features(hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
     return known, crossings
 
 
-def fit(terms: np.ndarray, logs: np.ndarray) -> np.ndarray:
-    """Coefficients of least absolute residuals, by least squares of changing weights."""
-    size, weights = np.abs(terms).max(axis=0), np.ones(len(logs))
-    for _ in range(11):
-        root = np.sqrt(weights)
-        found = np.linalg.lstsq(terms / size * root[:, np.newaxis], logs * root, rcond=None)[0] / size
-        weights = 1.0 / np.maximum(np.abs(logs - terms @ found), KNEE)
-    return found
-
-
 def study() -> dict[str, Any]:
     """Fit the expected place of the pull-off, and judge it and the steps."""
     terms, logs, parts = {}, {}, {}
@@ -71,7 +59,12 @@ def study() -> dict[str, Any]:
             terms[key] = known[:, physical_steps.FACTORS].prod(axis=2)
             logs[key] = np.log(np.maximum(crossings - places, 1e-3 * np.exp(known[:, 3])))
     chosen = [key for key in terms if key[0] == "fitted"]
-    found = fit(np.concatenate([terms[key] for key in chosen]), np.concatenate([logs[key] for key in chosen]))
+    fitted, wanted = (np.concatenate([values[key] for key in chosen]) for values in (terms, logs))
+    size, weights = np.abs(fitted).max(axis=0), np.ones(len(wanted))
+    for _ in range(11):  # least absolute residuals, by least squares of changing weights
+        root = np.sqrt(weights)
+        found = np.linalg.lstsq(fitted / size * root[:, np.newaxis], wanted * root, rcond=None)[0] / size
+        weights = 1.0 / np.maximum(np.abs(wanted - fitted @ found), KNEE)
     physical_steps._PLACE[:] = found
     content: dict[str, Any] = {"steps_version": STEPS_VERSION, "coefficients": found.tolist()}
     for kind in JUDGED:

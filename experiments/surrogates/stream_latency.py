@@ -4,8 +4,6 @@ Times are wall seconds of one thread; the slowest steps are due to other program
 is measured by `experiments.measurements.accuracy_cost`. `make docs-numbers` writes the numbers into the guide.
 """
 
-from __future__ import annotations
-
 import time
 from importlib.metadata import version
 from pathlib import Path

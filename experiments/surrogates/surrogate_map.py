@@ -5,9 +5,6 @@ trajectories, which a figure shows; and errors outside the range of training, wh
 beyond either bound by 5, 20 and 100 %, the others are random inside the box, and the exact trajectory is simulated.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,11 +19,10 @@ from experiments.common import MODULUS_RATIO, load_surrogate, scenes, without_ex
 from experiments.measurements.cases import Hidden, results_of
 from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.statistics import force_error, spread
-from experiments.measurements.tools import left_out
+from experiments.measurements.tools import Predict, left_out
 
 WORST = 20
 BEYOND = (0.0, 0.05, 0.2, 1.0)
-Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def errors(predicted: np.ndarray, truth: np.ndarray, pull_off: np.ndarray) -> dict[str, np.ndarray]:

@@ -7,13 +7,11 @@ compared with the solver at its named accuracies. The paper's lines use the pape
 published or retrained after the measurement is listed by name; its seconds are not estimated.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 from bem.dataset.file import load_dataset
-from experiments.measurements.tools import missing, outdated, published
+from experiments.measurements.tools import absent, published
 from experiments.paper_numbers import paper_values
 from experiments.trainings.training_cost import batch_seconds, training_seconds
 from surrogate.prediction.files import weights_sha256
@@ -40,13 +38,13 @@ def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any =
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
     surrogates: list[dict[str, Any]] = []
-    absent: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
+    others: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
     for name in published(models):
         training = training_seconds(models / name, batch_seconds(training_speed))
         calls = [tool for tool in tools if tool.get("model") == name]
         current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
         if not current:
-            absent["retrained" if calls else "unmeasured"].append(name)
+            others["retrained" if calls else "unmeasured"].append(name)
         for tool in current:
             more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
             query = tool["seconds"]["mean"]
@@ -66,7 +64,6 @@ def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any =
         "data_set_trajectories": len(data),
         "lines": [*solver, *surrogates, paper, trained],
         "break_even": crossings,
-        "missing": missing(models),
-        **absent,
-        "outdated": outdated(models, dataset),
+        **others,
+        **absent(models, dataset),
     }

@@ -6,8 +6,6 @@ the result file already holds. That file is published; without it, all models ar
 section "Model-family selection" and its appendix on training-set size.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -57,30 +55,25 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
-    """Content of the result file; the values of its summary are `None` while a training is missing.
-
-    That of the whole training part must be among the trainings.
-    """
-    every = range(config["folds"])
-    present = {one: [trained[one, fold] for fold in every if (one, fold) in trained] for one in config["percents"]}
-    shares = [share(percent, folds) for percent, folds in present.items() if folds]
-    complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
-    means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
-    grows = bool(np.all(np.diff(means) > 0.0))
-    summary = {"folds": config["folds"], "grows_as_data_shrink": grows}
-    summary = summary if complete else dict.fromkeys(summary)
-    return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
-
-
 def study(
     config: dict[str, Any], dataset: Path, models: Path, out: Path, *, work: Work = WORK / "data_efficiency"
 ) -> None:
-    """Train on the subsets, or continue; the result file is written after each training."""
+    """Train on the subsets, or continue; the result file is written after each training.
+
+    The values of its summary are `None` while a training is missing.
+    """
+    wanted, every = variants(config), range(config["folds"])
 
     def publish(trained: dict[tuple[float, int], dict[str, Any]]) -> None:
-        if WHOLE in trained and len(trained) > 1:
-            common.write_result(out, "data_efficiency", result(config, trained))
+        if WHOLE not in trained or len(trained) == 1:
+            return
+        present = {one: [trained[one, fold] for fold in every if (one, fold) in trained] for one in config["percents"]}
+        shares = [share(percent, folds) for percent, folds in present.items() if folds]
+        means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
+        summary = {"folds": config["folds"], "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0))}
+        complete = len(trained) == len(wanted)
+        content = {"config": config, "complete": complete, "summary": summary if complete else dict.fromkeys(summary)}
+        common.write_result(out, "data_efficiency", content | {"full": trained[WHOLE], "shares": shares})
 
     folders = {"dataset": dataset, "models": models, "work": work, "out": out}
-    train_variants(variants(config), **folders, jobs=config["jobs"], publish=publish)
+    train_variants(wanted, **folders, jobs=config["jobs"], publish=publish)

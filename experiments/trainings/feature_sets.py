@@ -12,8 +12,6 @@ published, so that the figure can be drawn at once; without it, all models are t
 appendix "Effects of training-set size and physics-guided input representation".
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

@@ -7,8 +7,6 @@ test part of the file is the mean of its `test_errors.csv`. The statistics canno
 joined the training; the errors alone then decide.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -17,8 +15,8 @@ import numpy as np
 
 from bem._support.text_files import read_json
 from experiments import common
+from experiments.measurements.harness import progress
 from experiments.paper.error_statistics import read_errors
-from experiments.progress import progress
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling, symlog
 

@@ -8,8 +8,6 @@ paper. Percentages are medians over the test set, as in the table of the models;
 Source: the paper's section "Model-family selection" and its appendix on conditioning.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

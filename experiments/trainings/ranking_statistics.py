@@ -6,8 +6,6 @@ hierarchical bootstrap also draws, with replacement, as many seeds of each model
 is their median. Source: Efron and Tibshirani, An Introduction to the Bootstrap, sections 6.2, 8.3 and 13.3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -10,8 +10,6 @@ of a batch for a recipe and an architecture, the minutes are those of the batche
 validation. Otherwise they are those that the training took.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

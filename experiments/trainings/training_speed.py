@@ -8,8 +8,6 @@ bases, which cost more than the batches between them.
 The environment variable `KERAS_BACKEND` selects another backend.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

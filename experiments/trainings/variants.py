@@ -6,8 +6,6 @@ directory, or in that of a published model. A study therefore continues where it
 of the published files. Result files keep learning curves and held-out errors, not the weights.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

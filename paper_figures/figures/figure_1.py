@@ -133,11 +133,9 @@ def draw_force(axes: Axes, example: dict[str, Any]) -> None:
 def compose(dataset_examples: Any) -> Figure:
     """Draw figure 1."""
     example = dataset_examples["mapping"]
-    drawn = drawing.figure(height=5.4)
-    panels = drawn.subplots(2, 2, height_ratios=(1.15, 1.0))
-    draw_contact(panels[0, 0])
-    draw_gap(panels[0, 1])
-    draw_protocol(panels[1, 0], example)
-    draw_force(panels[1, 1], example)
-    drawing.letters(panels.flat)
+    drawn, panels = drawing.panels(2, 2, height_ratios=(1.15, 1.0), height=5.4)
+    draw_contact(panels[0])
+    draw_gap(panels[1])
+    draw_protocol(panels[2], example)
+    draw_force(panels[3], example)
     return drawn

@@ -79,17 +79,15 @@ def compose(dataset_examples: Any, dataset: Path) -> Figure:
     content = dataset_examples["examples"]
     data = load_dataset(dataset)
     rows, scalars = data.completed, data.scalars
-    drawn = drawing.figure(height=6.2)
-    panels = drawn.subplots(3, 3)
-    for axes, example in zip(panels[:2].flat, content, strict=True):
+    drawn, panels = drawing.panels(3, 3, height=6.2)
+    for axes, example in zip(panels[:6], content, strict=True):
         draw_example(axes, example)
-    panels[0, 1].legend(loc="lower right")
-    draw_histogram(panels[2, 0], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
+    panels[1].legend(loc="lower right")
+    draw_histogram(panels[6], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
     ratio = force_ratio(data)
-    draw_histogram(panels[2, 1], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
-    panels[2, 1].set_ylim(top=1.3 * panels[2, 1].get_ylim()[1])
+    draw_histogram(panels[7], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
+    panels[7].set_ylim(top=1.3 * panels[7].get_ylim()[1])
     text = f"without {len(rows) - len(ratio)} never compressed"
-    panels[2, 1].annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
-    draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
-    drawing.letters(panels.flat)
+    panels[7].annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
+    draw_cost(panels[8], data, drawing.paper_values("dataset"))
     return drawn

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -11,38 +10,29 @@ from bem.dataset.measurement_steps import FMS
 from paper_figures.style import drawing
 
 
-def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw one marker for each measurement step, coloured by phase."""
-    ends = np.cumsum((0, *FMS))
-    for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
-        axes.plot(x[begin:end], y[begin:end], ".", markersize=3.2, color=color)
-
-
-def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: list[float]) -> None:
-    """Draw the solver's values over time, coloured by phase, with its time steps as ticks along the bottom."""
-    drawing.by_phase(axes, time, values, phase_times)
-    look = {"color": "0.3", "markersize": 5, "markeredgewidth": 0.4, "clip_on": False}
-    axes.plot(time, np.full_like(time, 0.04), "|", transform=axes.get_xaxis_transform(), **look)
-
-
 def compose(dataset_examples: Any) -> Figure:
     """Draw figure 3."""
     content = dataset_examples["mapping"]
     native = {name: np.array(values) for name, values in content["native"].items()}
     steps = {name: np.array(values) for name, values in content["steps"].items()}
-    index = np.arange(1, len(steps["time"]) + 1)
+    index, ends = np.arange(1, len(steps["time"]) + 1), np.cumsum((0, *FMS))
     drawn = drawing.figure(height=4.4)
     upper, lower = drawn.subfigures(2, 1)
     first, second = upper.subplots(1, 2), lower.subplots(1, 3)
+    ticks = {"color": "0.3", "markersize": 5, "markeredgewidth": 0.4, "clip_on": False}
     labels = {"indentation": drawing.INDENTATION, "time": drawing.TIME, "force": drawing.FORCE}
     for axes, quantity in zip(first, ("indentation", "force"), strict=True):
-        draw_native(axes, native["time"], native[quantity], content["phase_times"])
+        drawing.by_phase(axes, native["time"], native[quantity], content["phase_times"])
+        # The solver's time steps as ticks along the bottom.
+        low = np.full_like(native["time"], 0.04)
+        axes.plot(native["time"], low, "|", transform=axes.get_xaxis_transform(), **ticks)
         axes.margins(y=0.15)
         axes.set(xlabel=drawing.TIME, ylabel=labels[quantity])
     for axes, quantity in zip(second, labels, strict=True):
         for boundary in np.cumsum(FMS)[:2] + 0.5:
             axes.axvline(boundary, color="0.8", linewidth=0.6, zorder=0)
-        draw_points(axes, index, steps[quantity])
+        for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
+            axes.plot(index[begin:end], steps[quantity][begin:end], ".", markersize=3.2, color=color)
         axes.set(xlabel=r"measurement step $j$", ylabel=labels[quantity])
     drawing.letters([*first, *second])
     marks = [

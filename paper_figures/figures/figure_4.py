@@ -6,18 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, schematics
-from paper_figures.style.schematics import (
-    CONV_FILL,
-    DENSE_FILL,
-    LSTM_FILL,
-    PLAIN_FILL,
-    TABOR_FILL,
-    arrow,
-    box,
-    elbow,
-    line,
-    node,
-)
+from paper_figures.style.schematics import arrow, box, elbow, line, node
 
 
 def draw_lstm(axes: Axes) -> None:
@@ -25,7 +14,7 @@ def draw_lstm(axes: Axes) -> None:
     schematics.blank(axes, 10.0, 6.0)
     axes.add_patch(
         schematics.FancyBboxPatch(
-            (1.2, 0.9), 7.6, 4.2, boxstyle="round,pad=0,rounding_size=0.3", fc=PLAIN_FILL, ec="0.5", lw=0.6
+            (1.2, 0.9), 7.6, 4.2, boxstyle="round,pad=0,rounding_size=0.3", fc=schematics.PLAIN_FILL, ec="0.5", lw=0.6
         )
     )
     gates = (
@@ -36,7 +25,7 @@ def draw_lstm(axes: Axes) -> None:
     )
     line(axes, (0.2, 1.4), (6.7, 1.4))
     for x, text, name in gates:
-        box(axes, x, 2.2, text, LSTM_FILL, width=1.0, height=0.6)
+        box(axes, x, 2.2, text, schematics.LSTM_FILL, width=1.0, height=0.6)
         arrow(axes, (x, 1.4), (x, 1.9))
         axes.text(x + 0.12, 2.72, name, ha="left", va="center")
     for x, y, text in ((2.2, 4.5, r"$\times$"), (4.45, 3.4, r"$\times$"), (4.45, 4.5, "$+$"), (6.7, 3.4, r"$\times$")):
@@ -50,7 +39,7 @@ def draw_lstm(axes: Axes) -> None:
     arrow(axes, (4.45, 3.64), (4.45, 4.26))
     arrow(axes, (6.7, 2.5), (6.7, 3.16))
     line(axes, (8.0, 4.5), (8.0, 4.1))
-    box(axes, 8.0, 3.8, "tanh", LSTM_FILL, width=0.9, height=0.55)
+    box(axes, 8.0, 3.8, "tanh", schematics.LSTM_FILL, width=0.9, height=0.55)
     elbow(axes, (8.0, 3.52), (8.0, 3.4), (6.94, 3.4))
     elbow(axes, (6.7, 3.64), (6.7, 3.95), (7.3, 3.95), (7.3, 1.4), (9.8, 1.4))
     arrow(axes, (1.6, 0.2), (1.6, 1.4))
@@ -67,10 +56,11 @@ def draw_lstm(axes: Axes) -> None:
 def draw_tcn(axes: Axes) -> None:
     """Panel (b): a residual block of two dilated causal convolutions."""
     schematics.blank(axes, 10.0, 6.0)
-    stages = ("causal Conv, 3 points\ndilation $d$", "LayerNorm, ReLU", "Dropout 0.1")
+    conv, plain = schematics.CONV_FILL, schematics.PLAIN_FILL
+    stages = (("causal Conv, 3 points\ndilation $d$", conv), ("LayerNorm, ReLU", plain), ("Dropout 0.1", plain))
     height, gap, y = 0.64, 0.2, 0.9
     for _ in range(2):
-        for text, fill in zip(stages, (CONV_FILL, PLAIN_FILL, PLAIN_FILL), strict=True):
+        for text, fill in stages:
             box(axes, 4.0, y, text, fill, width=3.4, height=height)
             arrow(axes, (4.0, y - 0.5 * height - gap), (4.0, y - 0.5 * height))
             y += height + gap
@@ -79,7 +69,7 @@ def draw_tcn(axes: Axes) -> None:
     arrow(axes, (4.0, y + 0.24), (4.0, 6.5))
     line(axes, (4.0, 0.05), (4.0, 0.5))
     line(axes, (4.0, 0.25), (8.0, 0.25), (8.0, 2.45))
-    box(axes, 8.0, 2.9, "identity, or Conv 1 point\nwhere the width changes", PLAIN_FILL, width=3.5, height=0.9)
+    box(axes, 8.0, 2.9, "identity, or Conv 1 point\nwhere the width changes", plain, width=3.5, height=0.9)
     elbow(axes, (8.0, 3.35), (8.0, y + 0.02), (4.22, y + 0.02))
     axes.text(3.6, 0.05, r"$z^{(l-1)}$", ha="right")
     axes.text(3.6, 6.05, r"$z^{(l)}$", ha="right")
@@ -91,8 +81,8 @@ def draw_readout(axes: Axes, layers: dict[str, Any]) -> None:
     schematics.blank(axes, 10.0, 6.0)
     hidden, force = layers["readout_hidden"], layers["force"]
     for x, step in ((1.7, "1"), (4.4, "j"), (8.0, "N")):
-        box(axes, x, 1.9, f"Dense {hidden['width']}\nReLU", DENSE_FILL, width=1.9, height=0.95)
-        box(axes, x, 3.7, f"Dense {force['width']}", DENSE_FILL, width=1.9, height=0.75)
+        box(axes, x, 1.9, f"Dense {hidden['width']}\nReLU", schematics.DENSE_FILL, width=1.9, height=0.95)
+        box(axes, x, 3.7, f"Dense {force['width']}", schematics.DENSE_FILL, width=1.9, height=0.75)
         arrow(axes, (x, 0.75), (x, 1.42))
         arrow(axes, (x, 2.38), (x, 3.32))
         arrow(axes, (x, 4.08), (x, 4.8))
@@ -108,10 +98,10 @@ def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
     schematics.blank(axes, 10.0, 6.0)
     layers = [layer for layer in graph["layers"] if layer["kind"] != "InputLayer"]
     physical = [name for name in channels if name not in ("time", "indentation")]
-    box(axes, 1.35, 4.4, "time $\\hat t$\nindentation $\\hat\\delta$", PLAIN_FILL, width=2.5, height=1.0)
-    box(axes, 1.35, 2.7, "physical features\n" + ", ".join(physical), PLAIN_FILL, width=2.5, height=1.0)
-    box(axes, 1.35, 1.0, "Tabor\nparameter $\\mu$", TABOR_FILL, width=2.5, height=0.9)
-    fills = {"AppendTabor": TABOR_FILL, "LSTM": LSTM_FILL, "Dense": DENSE_FILL}
+    box(axes, 1.35, 4.4, "time $\\hat t$\nindentation $\\hat\\delta$", schematics.PLAIN_FILL, width=2.5, height=1.0)
+    box(axes, 1.35, 2.7, "physical features\n" + ", ".join(physical), schematics.PLAIN_FILL, width=2.5, height=1.0)
+    box(axes, 1.35, 1.0, "Tabor\nparameter $\\mu$", schematics.TABOR_FILL, width=2.5, height=0.9)
+    fills = {"AppendTabor": schematics.TABOR_FILL, "LSTM": schematics.LSTM_FILL, "Dense": schematics.DENSE_FILL}
     x, bottom, top = 5.5, 0.5, 5.5
     step = (top - bottom) / (len(layers) - 1)
     arrow(axes, (1.35, 3.9), (1.35, 3.2))
@@ -121,7 +111,7 @@ def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
     elbow(axes, (2.6, 1.0), (2.75, 1.0), corner, (x - 1.5, corner[1]), linestyle=":", color=drawing.RED)
     for index, layer in enumerate(layers):
         y = bottom + index * step
-        box(axes, x, y, layer["label"], fills.get(layer["kind"], PLAIN_FILL), width=3.0, height=0.66)
+        box(axes, x, y, layer["label"], fills.get(layer["kind"], schematics.PLAIN_FILL), width=3.0, height=0.66)
         note = f"width {layer['width']}"
         if layer["parameters"]:
             note += f"\n{layer['parameters']:,} parameters"

@@ -80,14 +80,12 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any]) -> None:
 
 def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ranking: Any = None) -> Figure:
     """Draw figure 5; (a) and (b) show the spread over seeds of `ranking`."""
-    drawn = drawing.figure(height=5.4)
-    panels = drawn.subplots(2, 2)
-    draw_curves(panels[0, 0], model_comparison, "concat", ranking)
-    panels[0, 0].set_title("concatenated models", loc="right")
-    draw_sizes(panels[0, 1], model_comparison, ranking)
-    draw_effective_energy(panels[1, 0], persson_brener)
-    draw_data_efficiency(panels[1, 1], data_efficiency)
-    drawing.letters(panels.flat)
+    drawn, panels = drawing.panels(2, 2, height=5.4)
+    draw_curves(panels[0], model_comparison, "concat", ranking)
+    panels[0].set_title("concatenated models", loc="right")
+    draw_sizes(panels[1], model_comparison, ranking)
+    draw_effective_energy(panels[2], persson_brener)
+    draw_data_efficiency(panels[3], data_efficiency)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=1.0, handlelength=1.4)
     models_style.write_states(drawn, model_comparison, ranking, paper_names())

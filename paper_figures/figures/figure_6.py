@@ -32,9 +32,7 @@ def compose(canonical_regimes: Any) -> Figure:
     """Draw figure 6."""
     regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
     shades = drawing.tints(models_style.color(canonical_regimes["config"]["model"]), 3)
-    drawn = drawing.figure(height=5.2)
-    panels = drawn.subplots(2, 2).ravel()
-    drawing.letters(panels)
+    drawn, panels = drawing.panels(2, 2, height=5.2)
     for axes, samples in zip(panels, PANELS, strict=True):
         drawing.zero_line(axes)
         for sample, color in zip(samples, shades, strict=True):

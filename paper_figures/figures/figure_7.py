@@ -84,14 +84,12 @@ def compose(error_statistics: Any) -> Figure:
     """Draw figure 7."""
     by_paper = error_statistics["by_paper_recipe"]
     shown, ours = (by_paper, error_statistics) if by_paper else (error_statistics, None)
-    drawn = drawing.figure(height=5.0)
-    panels = drawn.subplots(2, 2)
+    drawn, panels = drawing.panels(2, 2, height=5.0)
     force, loop, waveform = LABELS
-    draw_distribution(panels[0, 0], shown, force, ours)
-    draw_distribution(panels[0, 1], shown, loop, ours)
-    draw_relation(panels[1, 0], shown, force, loop, shown["spearman"]["pull_off_and_hysteresis"])
-    draw_relation(panels[1, 1], shown, force, waveform, shown["spearman"]["pull_off_and_nmae"])
-    drawing.letters(panels.flat)
+    draw_distribution(panels[0], shown, force, ours)
+    draw_distribution(panels[1], shown, loop, ours)
+    draw_relation(panels[2], shown, force, loop, shown["spearman"]["pull_off_and_hysteresis"])
+    draw_relation(panels[3], shown, force, waveform, shown["spearman"]["pull_off_and_nmae"])
     marks = [Patch(color=color, label=name) for name, color in zip(QUARTILES, COLORS, strict=True)]
     recipe = "the paper's" if by_paper else "our"
     title = f"{error_statistics['config']['model']} by {recipe} recipe, quartile of the force MSE"

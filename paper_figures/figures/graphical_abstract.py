@@ -12,12 +12,6 @@ from paper_figures.style.writing import number
 SAMPLE = 5
 
 
-def draw_protocol(axes: Axes, steps: dict[str, list[float]]) -> None:
-    """Indentation over the measurement steps."""
-    axes.plot(np.arange(1, len(steps["indentation"]) + 1), steps["indentation"], color=drawing.BLACK, linewidth=1.6)
-    axes.set(xlabel="measurement step", ylabel=drawing.INDENTATION, title="indentation history")
-
-
 def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> None:
     """The model between two arrows, with its median errors and times below."""
     schematics.blank(axes, 10.0, 8.0)
@@ -56,7 +50,9 @@ def compose(canonical_regimes: Any, error_statistics: Any) -> Figure:
     regime = next(one for one in canonical_regimes["regimes"] if one["sample"] == SAMPLE)
     drawn = drawing.figure(height=2.5)
     first, second, third = drawn.subplots(1, 3)
-    draw_protocol(first, regime["steps"])
+    depths = regime["steps"]["indentation"]
+    first.plot(np.arange(1, len(depths) + 1), depths, color=drawing.BLACK, linewidth=1.6)
+    first.set(xlabel="measurement step", ylabel=drawing.INDENTATION, title="indentation history")
     draw_model(second, regime, error_statistics)
     draw_force(third, regime, canonical_regimes["config"]["model"])
     return drawn

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from bem.plots import COLOURS
 from paper_figures.style import drawing, models_style
-from paper_figures.style.cost_style import KINDS, paper_seconds
+from paper_figures.style.drawing import KINDS, paper_seconds
 
 NAMED = ("draft", "standard", "reference")
 """Accuracies of the solver that are named."""

@@ -31,26 +31,6 @@ def totals(line: dict[str, Any]) -> np.ndarray:
     return (line["fixed_seconds"] + QUERIES * line["query_seconds"]) / 3600.0
 
 
-def rows_of(content: dict[str, Any]) -> list[list[str]]:
-    """One row for each pair of surrogate and solver, with the median error of the force of both."""
-    lines = {line["name"]: line for line in content["lines"]}
-
-    def error(name: str) -> str:
-        errors = lines.get(name, {}).get("errors")
-        return "-" if errors is None else percent(errors["force"]["median"])
-
-    return [
-        [
-            one["surrogate"],
-            error(one["surrogate"]),
-            one["solver"],
-            error(one["solver"]),
-            "never" if one["queries"] is None else number(one["queries"]),
-        ]
-        for one in content["break_even"]
-    ]
-
-
 def compose(amortisation: Any) -> dict[str, Figure | Table]:
     """Draw the figure and write the table of break-even numbers."""
     lines = {line["name"]: line for line in amortisation["lines"]}
@@ -71,19 +51,24 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper")
-    return {"figure-amortisation": drawn, "amortisation": break_even_table(amortisation)}
-
-
-def break_even_table(content: dict[str, Any]) -> Table:
-    """Table of break-even numbers; its caption lists the models that are left out."""
     said = {
         "missing": "Not published yet",
         "unmeasured": "Published but not measured",
         "retrained": "Retrained since the measurement",
         "outdated": "Trained differently from those compared",
     }
-    return Table(
+    errors = {name: percent(line["errors"]["force"]["median"]) for name, line in lines.items() if line.get("errors")}
+    rows = [
+        [
+            *(word for name in (one["surrogate"], one["solver"]) for word in (name, errors.get(name, "-"))),
+            "never" if one["queries"] is None else number(one["queries"]),
+        ]
+        for one in amortisation["break_even"]
+    ]
+    minutes = number(amortisation["data_set_seconds"] / 60.0)
+    table = Table(
         ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
-        rows_of(content),
-        caption("amortisation", minutes=number(content["data_set_seconds"] / 60.0), left_out=left_out(content, said)),
+        rows,
+        caption("amortisation", minutes=minutes, left_out=left_out(amortisation, said)),
     )
+    return {"figure-amortisation": drawn, "amortisation": table}

@@ -83,7 +83,8 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
         last = i == len(points) - 1
         if last or points[i + 1]["recommended"] != point["recommended"]:
             end = rates[-1] if last else edges[i]
-            name = _short(point["recommended"])
+            name = point["recommended"].removeprefix("elastic ").removesuffix(", adhesive").replace("without", "no")
+            name = {"viscoelastic": "all effects", "viscoelastic, no adhesion": "no adhesion"}.get(name, name)
             color = BANDS.get(name, "0.5")
             axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color=color, linewidth=0, label=f"calls for: {name}")
             begin = end
@@ -113,19 +114,11 @@ def below(axes: Axes) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=2, columnspacing=1.0)
 
 
-def _short(effects: str) -> str:
-    short = {"viscoelastic, adhesive": "all effects", "viscoelastic, without adhesion": "no adhesion"}
-    words = short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
-    return words.replace("without", "no")
-
-
 def compose(effects: Any, effect_pairs: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=6.4)
-    panels = drawn.subplots(2, 2).ravel()
+    drawn, panels = drawing.panels(2, 2, height=6.4)
     draw_curves(panels[0], effects["curves"])
     draw_ladder(panels[1], effect_pairs)
     draw_stand_ins(panels[2], effects)
     draw_ranges(panels[3], effects)
-    drawing.letters(panels)
     return drawn

@@ -56,36 +56,30 @@ def draw_pair(axes: Axes, content: dict[str, Any], pair: dict[str, Any]) -> None
     axes.set(xlabel=LABELS[content["parameters"][first]], ylabel=LABELS[content["parameters"][second]])
 
 
-def draw_curve(axes: Axes, curve: dict[str, Any]) -> None:
-    """The measured curve, and the solver at the posterior mean."""
+def compose(inverse_problem: Any) -> Figure:
+    """Draw the figure."""
+    drawn, panels = drawing.panels(2, 3, height=4.4)
+    for index, axes in enumerate(panels[:3]):
+        draw_density(axes, inverse_problem, index)
+    panels[0].set_ylabel("posterior density")
+    axes, curve = panels[3], inverse_problem["curve"]
     axes.plot(curve["time"], curve["measured"], ".", color="0.6", markersize=2.5, label="measured")
     axes.plot(curve["time"], curve["mean"], color=drawing.BLACK, linewidth=1.0, label="at the mean")
     drawing.zero_line(axes)
     axes.set(xlabel="time (s)", ylabel=FORCE_LABEL)
     axes.legend(loc="upper left")
-
-
-def compose(inverse_problem: Any) -> Figure:
-    """Draw the figure."""
-    drawn = drawing.figure(height=4.4)
-    panels = drawn.subplots(2, 3)
-    for index, axes in enumerate(panels[0]):
-        draw_density(axes, inverse_problem, index)
-    panels[0, 0].set_ylabel("posterior density")
-    draw_curve(panels[1, 0], inverse_problem["curve"])
-    for axes, pair in zip(panels[1, 1:], inverse_problem["posteriors"]["surrogate"]["pairs"], strict=True):
+    for axes, pair in zip(panels[4:], inverse_problem["posteriors"]["surrogate"]["pairs"], strict=True):
         draw_pair(axes, inverse_problem, pair)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
+    handles, labels = panels[0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
-    drawing.letters(panels.flat)
     return drawn
 
 
-def rows(content: dict[str, Any]) -> list[list[str]]:
-    """One row for each posterior, and one for the truth."""
-    seconds, solver = content["seconds"], content["posteriors"]["solver"]["summary"]
-    found = []
-    for tool, posterior in content["posteriors"].items():
+def page_text(inverse_problem: Any) -> str:
+    """The table for a page, one row for the truth and one for each posterior, and how it was made."""
+    seconds, solver = inverse_problem["seconds"], inverse_problem["posteriors"]["solver"]["summary"]
+    rows = [["true", *(number(value, 4) for value in inverse_problem["true"]), "", "", "", ""]]
+    for tool, posterior in inverse_problem["posteriors"].items():
         summary = posterior["summary"]
         cells = [
             f"{number(mean, 4)} ({number(low, 4)} to {number(high, 4)})"
@@ -95,17 +89,11 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
         counts = [f"{posterior['samples']:,}", f"{posterior['effective']:,.0f}"]
         # One pass over the samples gives both posteriors of the surrogate.
         price = 1e3 * seconds[tool.partition(",")[0]]
-        found.append([tool, *cells, "-" if tool == "solver" else f"{away:.2f}", *counts, f"{price:.3f}"])
-    return [["true", *(number(value, 4) for value in content["true"]), "", "", "", ""], *found]
-
-
-def page_text(inverse_problem: Any) -> str:
-    """The table for a page, and how it was made."""
+        rows.append([tool, *cells, "-" if tool == "solver" else f"{away:.2f}", *counts, f"{price:.3f}"])
     head = ["Posterior of", *(WORDS[name] for name in inverse_problem["parameters"])]
     head += ["Largest distance from the solver's mean (sd)", "Samples", "Effective samples", "Time of a sample (ms)"]
-    seconds = inverse_problem["seconds"]
     return (
-        f"{markdown_table(head, rows(inverse_problem), 'lrrrrrrr')}\n\n"
+        f"{markdown_table(head, rows, 'lrrrrrrr')}\n\n"
         f"Means and 95 % intervals. A sample of the solver costs {seconds['solver'] / seconds['surrogate']:.0f} times "
         f"as much. Before, search and {inverse_problem['calibration']} simulations for the surrogate's error took "
         f"{inverse_problem['searched']:.0f} s of processor time. Measured by `{inverse_problem['command']}` "

@@ -66,9 +66,7 @@ def page_text(measurement_floor: Any) -> str:
 
 def compose(measurement_floor: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=2.6)
-    left, right = drawn.subplots(1, 2)
+    drawn, (left, right) = drawing.panels(1, 2, height=2.6)
     draw_example(left, measurement_floor["example"])
     draw_errors(right, measurement_floor["kinds"])
-    drawing.letters((left, right))
     return drawn

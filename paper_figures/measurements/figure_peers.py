@@ -12,7 +12,7 @@ from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullLocator
 
 from bem.plots import COLOURS
 from paper_figures.style import drawing
-from paper_figures.style.cost_style import KINDS
+from paper_figures.style.drawing import KINDS
 
 STYLES = {
     **{kind: KINDS[kind] for kind in ("solver", "paper's discretisation", "closed form")},
@@ -28,9 +28,8 @@ LEAST = 1e-4
 """Least error drawn, in percent; smaller ones are not resolved by the solution with which all tools are compared."""
 ENDS = {"solver": ("draft", "reference"), "Adhesion": ("32 x 32", "128 x 128"), "tamaas": ("32 x 32", "256 x 256")}
 """Settings that are named in the panels."""
-BESIDE = {"JKR": (5, 0, "left", "center"), "DMT": (5, 0, "left", "center")}
-BELOW, LEFT = (0, -5, "center", "top"), (-5, 0, "right", "center")
-SIDES = {**BESIDE, **dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)}
+RIGHT, BELOW, LEFT = (5, 0, "left", "center"), (0, -5, "center", "top"), (-5, 0, "right", "center")
+SIDES = {"JKR": RIGHT, "DMT": RIGHT} | dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)
 """Position of a name: offset in points, and alignment; other names are to the left."""
 
 
@@ -60,9 +59,7 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
 
 def compose(peers: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=2.9)
-    panels = drawn.subplots(1, len(TITLES), sharey=True)
-    drawing.letters(panels)
+    drawn, panels = drawing.panels(1, len(TITLES), sharey=True, height=2.9)
     for axes, (problem, title) in zip(panels, TITLES.items(), strict=True):
         draw(axes, [run for run in peers["runs"] if run["problem"] == problem])
         axes.set_title(title)

@@ -3,6 +3,7 @@
 The figures read the measurement of `experiments.surrogates.surrogate_map`.
 """
 
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from paper_figures.style.writing import Table, caption, median_and_p95, percent
 LABELS = {name: f"{name.replace('_', ' ')} {symbol}" for name, symbol in drawing.SYMBOLS.items()}
 LABELS["tabor"] = r"Tabor parameter $\mu$"
 COLORS = (drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE)
-HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)"]
 BINS = 6
 
 
@@ -54,49 +54,28 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.legend(ncol=2, title="full: above, dotted: below")
 
 
-def draw_worst(axes: Axes, case: dict[str, Any], model: str) -> None:
-    """Draw one trajectory over its measurement steps, so that short phases are visible."""
-    steps = np.arange(len(case["force"]))
-    axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
-    axes.plot(steps, case["predicted"], color=models_style.color(model), linewidth=0.9)
-    protocol = case["protocol"]
-    axes.set_title(rf"$\mu={protocol['tabor']:.3g}$, $\hat\delta_l={protocol['peak_indentation']:.3g}$")
-
-
-def rows_of(content: dict[str, Any]) -> list[list[str]]:
-    """One row for each of the worst trajectories, and for each distance of a quantity beyond its bounds."""
-    rows = []
-    for place, case in enumerate(content["worst"], start=1):
-        errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
-        rows.append([f"worst {place} (no. {case['index']})", "1", *errors])
-    for row in content["out_of_range"]:
-        errors = [median_and_p95(row["errors"][name]) for name in ("force", "pull_off_force")]
-        name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
-        rows.append([name, str(row["errors"]["force"]["count"]), *errors])
-    return rows
-
-
 def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
     """Draw both figures and write the table."""
-    drawn = drawing.figure(height=2.3)
-    panels = drawn.subplots(1, 3)
+    drawn, panels = drawing.panels(1, 3, height=2.3)
     draw_map(drawn, panels[0], surrogate_map["test"], "tabor", "unloading_rate")
     draw_map(drawn, panels[1], surrogate_map["test"], "peak_indentation", "loading_rate")
     draw_out_of_range(panels[2], surrogate_map["out_of_range"])
-    drawing.letters(panels)
     figures = {"figure-surrogate-map": drawn, "figure-surrogate-worst": draw_worst_cases(surrogate_map)}
     return {**figures, "surrogate-map": worst_table(surrogate_map)}
 
 
 def draw_worst_cases(content: dict[str, Any]) -> Figure:
-    """Draw the worst trajectories, one panel each."""
-    cases = content["worst"]
+    """Draw the worst trajectories over their measurement steps, one panel each, so that short phases are visible."""
     drawn = drawing.figure(height=6.6)
     panels = drawn.subplots(5, 4)
-    for axes in panels.flat[len(cases) :]:
-        axes.set_axis_off()
-    for axes, case in zip(panels.flat, cases, strict=False):
-        draw_worst(axes, case, content["model"])
+    for axes, case in zip_longest(panels.flat, content["worst"]):
+        if case is None:
+            axes.set_axis_off()
+            continue
+        axes.plot(case["force"], color=drawing.BLACK, linewidth=0.9)
+        axes.plot(case["predicted"], color=models_style.color(content["model"]), linewidth=0.9)
+        protocol = case["protocol"]
+        axes.set_title(rf"$\mu={protocol['tabor']:.3g}$, $\hat\delta_l={protocol['peak_indentation']:.3g}$")
     drawn.supxlabel("measurement step")
     drawn.supylabel(drawing.FORCE)
     drawn.legend(panels.flat[0].lines, ("solver", content["model"]), loc="outside upper center", ncols=2)
@@ -106,9 +85,17 @@ def draw_worst_cases(content: dict[str, Any]) -> Figure:
 def worst_table(content: dict[str, Any]) -> Table:
     """Table of the worst trajectories and of the errors out of range."""
     other = " and ".join(content.get("outdated", []))
+    rows = []
+    for place, case in enumerate(content["worst"], start=1):
+        errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
+        rows.append([f"worst {place} (no. {case['index']})", "1", *errors])
+    for row in content["out_of_range"]:
+        errors = [median_and_p95(row["errors"][name]) for name in ("force", "pull_off_force")]
+        name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
+        rows.append([name, str(row["errors"]["force"]["count"]), *errors])
     old = f" The model was trained differently from those compared, with another {other}." if other else ""
     return Table(
-        HEADER,
-        rows_of(content),
+        ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)"],
+        rows,
         caption("surrogate-map", model=content["model"], host=content["host"], old=old),
     )

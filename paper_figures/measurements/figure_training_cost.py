@@ -7,7 +7,6 @@ published yet.
 
 from typing import Any
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
@@ -18,11 +17,13 @@ LEGIBLE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
 GREY = {"color": "0.65", "linewidth": 0.7}
 
 
-def draw_time(axes: Axes, content: dict[str, Any]) -> None:
+def compose(training_cost: Any) -> Figure:
     """Draw the least validation error so far over core minutes, and the held-out error of each reference training.
 
     The curves of the other architectures are grey and behind that of the reference model; the paper's error is a line.
     """
+    drawn = drawing.figure(width=drawing.COLUMN, height=3.0)
+    axes, content = drawn.subplots(), training_cost
     for model in sorted(content["models"], key=lambda one: one["name"] == REFERENCE):
         history = model["history"]
         first = model["name"] == REFERENCE
@@ -52,13 +53,6 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     low, high = axes.get_ylim()
     axes.set_xlim(right=3.0 * axes.get_xlim()[1])
     axes.set(xlabel="training (core-minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
-
-
-def compose(training_cost: Any) -> Figure:
-    """Draw the figure."""
-    drawn = drawing.figure(width=drawing.COLUMN, height=3.0)
-    axes = drawn.subplots()
-    draw_time(axes, training_cost)
     if absent := [*training_cost["missing"], *training_cost["outdated"]]:
         drawn.suptitle(f"not published yet: {', '.join(absent)}", color="0.4")
     return drawn

@@ -1,17 +1,18 @@
 """Diagrams of the 18 paper models, drawn from the graphs of the Keras models.
 
 There is one panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted arrows the
-Tabor parameter. Two boxes side by side have the same input. `figure_own_architecture` draws a user-defined family with
-these functions.
+Tabor parameter. Two boxes side by side have the same input. With `--family`, a user-defined family is drawn alone.
 """
 
 import textwrap
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from bem._support.outputs import plain_name
 from paper_figures.style import drawing, schematics
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
 
@@ -116,8 +117,32 @@ def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -
     axes.axis("off")
 
 
-def compose(architecture_graphs: Any) -> Figure:
-    """Draw the 18 paper models."""
+def draw_own(content: dict[str, Any], family: str) -> Figure:
+    """Draw the models of one family.
+
+    Raises:
+        ValueError: The result holds no family of that name.
+    """
+    known = content["families"]
+    if family not in known:
+        raise ValueError(f"family must be one of {', '.join(known)}; received {family!r}")
+    graphs = {name: graph for name, graph in content["models"].items() if name.rpartition("-")[0] == family}
+    deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
+    drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
+    axes = drawn.subplots()
+    draw_family(axes, graphs, family, deepest)
+    axes.set_title(f"{family}: {known[family]}", loc="left", fontweight="bold")
+    return drawn
+
+
+def compose(
+    architecture_graphs: Any,
+    *,
+    family: Annotated[str | None, typer.Option(help="Draw this family of the graphs alone.")] = None,
+) -> Figure | dict[str, Figure]:
+    """Draw the 18 paper models, or one family."""
+    if family is not None:
+        return {f"figure-architecture-{plain_name(family, 'a --family')}": draw_own(architecture_graphs, family)}
     graphs = architecture_graphs["models"]
     deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
     drawn = drawing.figure(height=9.0)

@@ -155,16 +155,14 @@ def draw_shares(axes: Axes, content: dict[str, Any]) -> None:
 def compose(feature_sets: Any, data_efficiency: Any, ranking: Any = None) -> dict[str, Figure | Table]:
     """Draw the published trainings of both panels, and write the errors of the first panel as a table."""
     rows = 2 if feature_sets.get("floor") else 1
-    drawn = drawing.figure(height=2.8 * rows)
-    panels = list(drawn.subplots(rows, 2).flat)
+    drawn, panels = drawing.panels(rows, 2, height=2.8 * rows)
     for axes in panels[:2]:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
     draw_feature_sets(panels[0], feature_sets["sets"], ranking)
     draw_shares(panels[1], data_efficiency)
     for axes, reading in zip(panels[2:], READINGS, strict=False):
         draw_hidden(axes, feature_sets, reading)
-    if panels[2:]:
+    if rows > 1:
         panels[2].set_ylim(top=4.0 * panels[2].get_ylim()[1])
         panels[2].legend(loc="upper right")
-    drawing.letters(panels)
     return {"figure-features": drawn, "features": features_table(feature_sets, ranking)}

@@ -44,10 +44,8 @@ def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
 
 def compose(fms_transfer: Any) -> Figure:
     """Draw both panels."""
-    drawn = drawing.figure(height=2.7)
-    first, second = drawn.subplots(1, 2)
+    drawn, (first, second) = drawing.panels(1, 2, height=2.7)
     model = fms_transfer["config"]["model"]
     draw_sample(first, fms_transfer["sample"], model)
     draw_test_set(second, fms_transfer["test_set"], models_style.color(model))
-    drawing.letters((first, second))
     return drawn

@@ -36,15 +36,19 @@ def draw_curves(axes: Axes, content: Any, conditioning: str, ranking: Any = None
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
-    """Draw both panels, with the spread over seeds."""
-    drawn = drawing.figure(height=2.7)
-    panels = drawn.subplots(1, 2, sharex=True, sharey=True)
+    """Draw both panels, with the spread over seeds.
+
+    Raises:
+        FileNotFoundError: None of the models is published.
+    """
+    shown = [name for name in paper_names() if name.endswith(SHOWN)]
+    if set(shown) <= set(model_comparison["missing"]):
+        raise FileNotFoundError(f"no {' or '.join(SHOWN)} model is published; `make models` trains them")
+    drawn, panels = drawing.panels(1, 2, sharex=True, sharey=True, height=2.7)
     for axes, conditioning in zip(panels, SHOWN, strict=True):
         draw_curves(axes, model_comparison, conditioning, ranking)
         if axes.lines:
             axes.legend(loc="upper right", ncols=2)
         axes.set_title(conditioning, loc="right")
-    drawing.letters(panels)
-    shown = [name for name in paper_names() if name.endswith(SHOWN)]
     models_style.write_states(drawn, model_comparison, ranking, shown)
     return drawn

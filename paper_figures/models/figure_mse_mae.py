@@ -29,17 +29,15 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     """Draw the trained models, with the spread over their seeds, and the paper's best model."""
     paper = drawing.paper_values("reference_model")
     ours = model_comparison | {"by_paper_recipe": {"trained": []}}
-    drawn = drawing.figure(height=3.2)
-    panels = drawn.subplots(1, 2, width_ratios=(1.0, 1.6))
+    drawn, panels = drawing.panels(1, 2, width_ratios=(1.0, 1.6), height=3.2)
     panels[0].plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
     for axes, shown in zip(panels, (model_comparison, ours), strict=True):
         draw_models(axes, shown, "mse", "mae", ranking)
         axes.set(xscale="log", yscale="log", xlabel="held-out MSE of the scaled force")
         axes.set_ylabel("held-out MAE of the scaled force")
         axes.margins(0.1)
-        for axis in (axes.xaxis, axes.yaxis):
-            drawing.log_labels(axis)
-    drawing.letters(panels)
+        drawing.log_labels(axes.xaxis)
+        drawing.log_labels(axes.yaxis)
     handles = models_style.handles(paper["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2)
     models_style.write_states(drawn, model_comparison, ranking, paper_names())

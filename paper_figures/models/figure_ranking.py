@@ -76,11 +76,9 @@ def draw_errors(axes: Axes, ranking: Any, metric: str, by_recipe: dict[str, Any]
 def compose(ranking: Any, model_comparison: Any) -> Figure:
     """Draw the errors by family."""
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
-    drawn = drawing.figure(height=2.9)
-    panels = drawn.subplots(1, len(SHOWN))
+    drawn, panels = drawing.panels(1, len(SHOWN), height=2.9)
     for axes, metric in zip(panels, SHOWN, strict=True):
         draw_errors(axes, ranking, metric, by_recipe)
-    drawing.letters(panels)
     handles = [
         *models_style.conditioning_handles(),
         models_style.recipe_handle(),

@@ -14,8 +14,6 @@ Tolerances are in `paper_values/claims.toml`. If a result does not exist yet, th
 names the target that makes it. Claims marked `beyond` are not in the paper and get no verdict.
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Callable
@@ -88,12 +86,10 @@ class Results:
         if found is None:
             return None
         reduced = _reduced(found, claim)
-        if "than" in claim:
-            than = self.at(claim["than"])
-            return None if than is None else reduced > than
-        if "over" in claim:
-            over = self.at(claim["over"])
-            return None if over is None else reduced / over
+        for key, against in (("than", operator.gt), ("over", operator.truediv)):
+            if key in claim:
+                other = self.at(claim[key])
+                return None if other is None else against(reduced, other)
         return reduced
 
     def at(self, place: str) -> Any:

@@ -3,8 +3,6 @@
 `make docs-numbers` writes them into the page. Rankings come from all published seeds.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
-from paper_figures.style.writing import number
+from paper_figures.style.writing import number, table_rows
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
@@ -43,18 +41,16 @@ def seeds_text(ranking: Any) -> str:
 
 
 def statements_text(models: Path, ranking: Any) -> str:
-    """One line for each decision of the seeds, with the statements that it is about, and the table of both recipes."""
+    """One line for each decision of the seeds, with the statements that it is about, and a table of both recipes."""
     words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
     for claim in rankings.ranked():
         words[ranking["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
     lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
-    return "\n".join([*lines, "", statements_table(models, ranking)])
-
-
-def statements_table(models: Path, ranking: Any) -> str:
-    """One row for each ranking of the paper: its decision by the paper's recipe and by the seeds of ours."""
     header = ["the paper says", "its first", "by its recipe", "by seeds", "orders decided", "least sure order"]
-    header, rows, mse = [*header, "first by seeds"], [], paper_trained_errors(models)
+    header, rows, mse = [*header, "first by seeds"], [], {}
+    for name, label in PAPER_TRAINED_CONTENDERS.items():
+        if ended_by_recipe(models / label):
+            mse[name] = _trained(models / label)[0]["test"]["mse"]["mean"]
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
         found = ranking["claims"][claim["ranking"]]
@@ -78,14 +74,7 @@ def statements_table(models: Path, ranking: Any) -> str:
                 found["first"] or "not trained yet",
             ]
         )
-    return markdown_table(header, rows, "llllrll")
-
-
-def paper_trained_errors(models: Path) -> dict[str, float]:
-    """Held-out MSE of each model and input representation whose training the paper's recipe ended."""
-    folders = {name: models / label for name, label in PAPER_TRAINED_CONTENDERS.items()}
-    found = {name: _trained(folder) for name, folder in folders.items() if (folder / "run.json").is_file()}
-    return {name: metrics["test"]["mse"]["mean"] for name, (metrics, by_recipe) in found.items() if by_recipe}
+    return "\n".join([*lines, "", markdown_table(header, rows, "llllrll")])
 
 
 def spread_table(ranking: Any) -> str:
@@ -126,12 +115,12 @@ def training_table(models: Path) -> str:
     most = next(
         claim["value"] for claim in drawing.paper_values("claims")["claim"] if "any model needed" in claim["says"]
     )
-    rows = [("epochs", f"at most {most}", f"{metrics['epochs']}, {ended}")]
-    rows += [(f"held-out {key.upper()}", number(paper[key]), number(test[key]["mean"])) for key in ("mse", "mae")]
-    rows += [(says_, f"{paper[key]} %", f"{number(test[key]['median'], 2)} %") for key, says_ in MEDIANS.items()]
+    rows = [["epochs", f"at most {most}", f"{metrics['epochs']}, {ended}"]]
+    rows += [[f"held-out {key.upper()}", number(paper[key]), number(test[key]["mean"])] for key in ("mse", "mae")]
+    rows += [[says_, f"{paper[key]} %", f"{number(test[key]['median'], 2)} %"] for key, says_ in MEDIANS.items()]
     native = number(test["native_pull_off_force_percent"]["median"], 2)
-    rows.append(("median pull-off error, against the solver's own peak between the steps", "-", f"{native} %"))
-    return "\n".join(["| | paper | here |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
+    rows.append(["median pull-off error, against the solver's own peak between the steps", "-", f"{native} %"])
+    return "\n".join(["| | paper | here |", "|---|---|---|", table_rows(rows)])
 
 
 def recipe_table(models: Path, ranking: Any) -> str:

@@ -18,33 +18,13 @@ from bem._support.command_line import run_main
 from bem._support.wording import markdown_table
 from experiments.paper_numbers import paper_values, with_stated
 from experiments.trainings.ranking import contenders
-from paper_figures.report.claims import (
-    NOT_YET,
-    VERDICTS,
-    Finding,
-    Results,
-    followed,
-    judge,
-    settings,
-    table_claims,
-    text_claims,
-    tolerance_of,
-)
+from paper_figures.report import claims
+from paper_figures.report.claims import Finding, Results
 from paper_figures.style import models_style
 from paper_figures.style.writing import number
 
 OUT = Path("REPRODUCTION.md")
 INTRODUCTION = Path(__file__).with_name("introduction.md")
-
-
-def tolerances_text() -> str:
-    """Tolerances of the rules, with the reason for each that exceeds a tenth."""
-    rules = paper_values("claims")["rules"]
-    parts = [
-        f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
-        for name, rule in rules.items()
-    ]
-    return f"Tolerances unless a row has its own: {', '.join(parts)}."
 
 
 def percent_text(share: float) -> str:
@@ -67,7 +47,7 @@ def value_text(value: Any, unit: str = "") -> str:
 
 def tolerance_text(claim: dict[str, Any]) -> str:
     """Tolerance of a row, with its justification."""
-    tolerance = tolerance_of(claim)
+    tolerance = claims.tolerance_of(claim)
     if tolerance is None:
         return "-"
     return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
@@ -89,16 +69,11 @@ def row(finding: Finding, trained: bool) -> list[str]:
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
     cells = [claim["says"], claim["place"], *(value_text(one, unit) for one in rounded), ratio]
     if not claim.get("beyond"):
-        mark = " ‡" if "ranking" in claim and of_guessed_sizes(claim) else ""
+        sizes, ranked = paper_values("structure")["sizes"], contenders(claim)[1].values() if "ranking" in claim else ()
+        how = [sizes.get(name.split("-")[0], {}).get("how") for names in ranked for name in names]
+        mark = " ‡" if "guessed" in how else ""  # the paper does not tell the sizes of one of the architectures
         cells += [tolerance_text(claim), f"**{finding.verdict}**{mark}"]
     return [*cells, finding.why]
-
-
-def of_guessed_sizes(claim: dict[str, Any]) -> bool:
-    """Whether a ranking is about an architecture whose sizes the paper does not tell."""
-    sizes = paper_values("structure")["sizes"]
-    models = [name for names in contenders(claim)[1].values() for name in names]
-    return any(sizes.get(name.split("-")[0], {}).get("how") == "guessed" for name in models)
 
 
 def section(group: str, findings: list[Finding]) -> str:
@@ -109,7 +84,7 @@ def section(group: str, findings: list[Finding]) -> str:
     if findings[0].claim.get("beyond"):
         header = ["what", "beside", "paper", "here", "ratio", "why"]
     rows, said = [row(finding, trained) for finding in findings], []
-    waiting = {finding.why for finding in findings if finding.verdict == NOT_YET}
+    waiting = {finding.why for finding in findings if finding.verdict == claims.NOT_YET}
     for name, words in (("why", "{}"), ("tolerance", "Tolerance: {}.")):
         cells = {one[header.index(name)] for one in rows} if name in header else ()
         if len(rows) > 1 and len(cells) == 1 and not cells & {"-", *waiting}:
@@ -123,9 +98,9 @@ def section(group: str, findings: list[Finding]) -> str:
 def overview(findings: list[Finding]) -> str:
     """Number of findings with each verdict, and what is not counted."""
     counts = Counter(finding.verdict for finding in findings if finding.counted)
-    rows = [[name, str(counts[name])] for name in VERDICTS if counts[name]]
+    rows = [[name, str(counts[name])] for name in claims.VERDICTS if counts[name]]
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
-    count = sum(len(group["parts"]) for group in settings())
+    count = sum(len(group["parts"]) for group in claims.settings())
     rest = (
         f"Not counted: {count} settings of the paper, and {ours} numbers that the paper does not state. They have "
         "sections of their own."
@@ -137,13 +112,13 @@ def overview(findings: list[Finding]) -> str:
 def settings_section(results: Results) -> str:
     """Settings of the paper in groups: its values, and ours where they differ."""
     rows = []
-    for group in settings():
+    for group in claims.settings():
         parts = [(part, results.find(part)) for part in group["parts"]]
         theirs = "; ".join(f"{part['says']} {value_text(part['value'], part.get('unit', ''))}" for part, _ in parts)
         others = [
             f"{part['says']} {'not yet' if ours is None else value_text(ours, part.get('unit', ''))}"
             for part, ours in parts
-            if ours is None or not followed(part["value"], ours)
+            if ours is None or not claims.followed(part["value"], ours)
         ]
         here = "; ".join(others)
         if len(others) < len(parts):
@@ -168,11 +143,19 @@ def slips_section(results: Results) -> str:
 
 def report(results: Results) -> str:
     """The whole report as Markdown."""
-    findings = [judge(claim, results) for claim in (*text_claims(), *table_claims())]
+    findings = [claims.judge(claim, results) for claim in (*claims.text_claims(), *claims.table_claims())]
     groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
     # Numbers that are not in the paper come last.
     groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
-    parts = [INTRODUCTION.read_text(encoding="utf-8").rstrip(), tolerances_text(), overview(findings)]
+    tolerances = [
+        f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
+        for name, rule in paper_values("claims")["rules"].items()
+    ]
+    parts = [
+        INTRODUCTION.read_text(encoding="utf-8").rstrip(),
+        f"Tolerances unless a row has its own: {', '.join(tolerances)}.",
+        overview(findings),
+    ]
     missing = models_style.missing_note((results.content("model_comparison") or {}).get("missing", []))
     if missing:
         parts.append(f"Models {missing}.")

@@ -38,9 +38,24 @@ SYMBOLS = {
     "unloading_rate": r"$\hat v_U$",
 }
 """Symbols of the quantities of a protocol, as in the paper."""
-
-
+KINDS = {
+    "solver": {"color": BLACK, "marker": "o"},
+    "paper's discretisation": {"color": PAPER, "marker": "s"},
+    "closed form": {"color": COLOURS["closed form"], "marker": "X"},
+    "fast": {"color": COLOURS["fast"], "marker": "P"},
+    "accurate": {"color": COLOURS["accurate"], "marker": "P"},
+}
+"""Looks of the tools in figures of cost."""
 TIME, INDENTATION, FORCE = r"time $\hat t$", r"indentation $\hat\delta$", r"force $\hat P$, tension $> 0$"
+
+
+def paper_seconds() -> dict[str, float]:
+    """Mean seconds of one trajectory in the paper, by its solver and by its surrogate."""
+    paper = paper_values("dataset")
+    return {
+        "paper's solver (mean)": 3600.0 * paper["cpu_hours"] / paper["trajectories"],
+        "paper's surrogate": paper_values("cost")["surrogate_seconds"],
+    }
 
 
 def tints(color: str, count: int) -> list[str]:
@@ -59,6 +74,14 @@ def letters(panels: Iterable[Axes]) -> None:
     """Put the letters a, b, c, ... above the left corners of panels, in their order."""
     for axes, name in zip(panels, ascii_lowercase, strict=False):
         axes.set_title(f"({name})", loc="left", fontweight="bold")
+
+
+def panels(rows: int, columns: int, *, height: float, **options: Any) -> tuple[Figure, np.ndarray]:
+    """Create a figure in two columns' width and its lettered panels, row by row; options are those of `subplots`."""
+    drawn = figure(height=height)
+    found = drawn.subplots(rows, columns, **options).ravel()
+    letters(found)
+    return drawn, found
 
 
 def zero_line(axes: Axes) -> None:
@@ -94,17 +117,17 @@ def log_labels(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     short = np.log10(high / low) < 2.0
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(value, axis.get_view_interval())))
+
+    def tick(value: float, _: int) -> str:
+        """All ticks of an axis are plain numbers, or all are powers."""
+        view, exponent = axis.get_view_interval(), int(np.floor(np.log10(value) + 1e-9))
+        factor = value / 10.0**exponent
+        if min(view) >= 1e-3 and max(view) <= 2e3:
+            return f"{value:g}"
+        return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
+
+    axis.set_major_formatter(FuncFormatter(tick))
     axis.set_minor_formatter(NullFormatter())
-
-
-def _tick(value: float, view: Sequence[float]) -> str:
-    """A tick of an axis of this view: all of its ticks are plain numbers, or all are powers."""
-    exponent = int(np.floor(np.log10(value) + 1e-9))
-    factor = value / 10.0**exponent
-    if min(view) >= 1e-3 and max(view) <= 2e3:
-        return f"{value:g}"
-    return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
 
 
 def save(drawn: Figure, name: str, folder: Path) -> None:

@@ -3,8 +3,6 @@
 As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

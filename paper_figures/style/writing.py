@@ -5,7 +5,6 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,14 +45,9 @@ def table_rows(rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join(f"| {' | '.join(map(str, row))} |" for row in rows)
 
 
-@cache
-def _captions() -> dict[str, str]:
-    return tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))
-
-
 def caption(name: str, **values: Any) -> str:
     """The text below a table, from `tables/captions.toml`, with its places filled."""
-    return " ".join(_captions()[name].split()).format(**values)
+    return " ".join(tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))[name].split()).format(**values)
 
 
 CAPTIONS = Path(__file__).parents[1] / "tables" / "captions.toml"
@@ -120,8 +114,5 @@ def _latex(text: str) -> str:
     # The parts at odd positions are mathematics.
     parts[::2] = [re.sub(r"([%&#_])", r"\\\1", part) for part in parts[::2]]
     joined = "$".join(parts)
-    return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", _power, joined)
-
-
-def _power(match: re.Match) -> str:
-    return rf"${match[1]}\times10^{{{int(match[2])}}}$"
+    power = lambda match: rf"${match[1]}\times10^{{{int(match[2])}}}$"  # noqa: E731
+    return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", power, joined)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.wording import markdown_table
-from paper_figures.style.cost_style import paper_seconds
+from paper_figures.style.drawing import paper_seconds
 from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, caption, left_out, median_and_p95, milliseconds, number, percent
 
@@ -29,6 +29,7 @@ CHOICES = [
     "Pull-off force, one at a time",
     "Pull-off force, many at once",
 ]
+LACKING = {"missing": "Not published when this was measured", "outdated": "Trained differently from those compared"}
 WANTED = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4)
 ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "hysteresis": "Hysteresis error (%)"}
 
@@ -84,7 +85,7 @@ def page_text(accuracy_cost: Any) -> str:
     protocols, refined = accuracy_cost["protocols"], _refined(accuracy_cost)
     few = f", {refined} of which have a refined solution" if refined < protocols else ""
     words = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
-    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}{_left_out(accuracy_cost)}"
+    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}{left_out(accuracy_cost, LACKING)}"
 
 
 def solver_text(accuracy_cost: Any) -> str:
@@ -122,16 +123,11 @@ def _refined(content: dict[str, Any]) -> int:
     return max(tool["errors"]["force"]["count"] for tool in content["tools"])
 
 
-def _left_out(content: dict[str, Any]) -> str:
-    said = {"missing": "Not published when this was measured", "outdated": "Trained differently from those compared"}
-    return left_out(content, said)
-
-
 def compose(accuracy_cost: Any) -> dict[str, Table]:
     """Write the tables."""
     content = accuracy_cost
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
-    about = {"protocols": content["protocols"], "host": content["host"], "left_out": _left_out(content)}
+    about = {"protocols": content["protocols"], "host": content["host"], "left_out": left_out(content, LACKING)}
     truth = {"target": number(content["truth_target"]), "refined": _refined(content)}
     rows = [row_of(tool) for tool in content["tools"]]
     return {

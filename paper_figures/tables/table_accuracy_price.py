@@ -12,7 +12,7 @@ def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
 
     Core-minutes are the solver's, scaled to the largest number of trajectories among the campaigns.
     """
-    rows, whole = [], largest(levels)
+    rows, whole = [], max(level["trajectories"] for level in levels)
     for level in levels:
         seconds = level["seconds"]
         row = [level["accuracy"], str(level["trajectories"]), str(level["failed"])]
@@ -25,15 +25,10 @@ def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
     return rows
 
 
-def largest(levels: list[dict[str, Any]]) -> int:
-    """Number of trajectories of the largest campaign."""
-    return max(level["trajectories"] for level in levels)
-
-
 def compose(accuracy_price: Any) -> Table:
     """Write the table."""
     compared = accuracy_price["levels"][0]["compared"]
-    whole = largest(accuracy_price["levels"])
+    whole = max(level["trajectories"] for level in accuracy_price["levels"])
     sample = "all of them" if compared == whole else f"{compared} protocols that are a random sample of all"
     minutes = f"Core-minutes for {whole:,}"
     header = ["Accuracy", "Trajectories", "Failed", "Mean (ms)", "Median (ms)", "99th (ms)", minutes]

@@ -7,12 +7,8 @@ there is one.
 from collections.abc import Callable
 from typing import Any
 
+from bem.trajectory import is_completed
 from paper_figures.style.writing import Table, caption, number, percent
-
-
-def is_completed(status: str) -> bool:
-    """Whether a stored status is that of a completed trajectory, at whatever accuracy."""
-    return status.startswith("completed")
 
 
 def _extreme(rows: list[dict[str, Any]], key: str, worst: Callable[[list[float]], float] = max) -> float:

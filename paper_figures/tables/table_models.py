@@ -46,18 +46,6 @@ def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
     ]
 
 
-def paper_row(paper: dict[str, Any]) -> list[str]:
-    """Row of the paper's best model, with the numbers that the paper states."""
-    return [
-        f"{paper['name']}, paper",
-        f"{paper['parameters']:,}",
-        "-",
-        *(number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")),
-        *(number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS),
-        *["-"] * 5,
-    ]
-
-
 def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
     """Write the table, best model first."""
     ranking = model_comparison["comparison"]["ranking"]
@@ -74,7 +62,10 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     measured = training_speed["models"].items() if training_speed else ()
     batches = {name: number(1e3 * one["seconds_per_batch"]["median"], 2) for name, one in measured}
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
-    cells = [paper_row(drawing.paper_values("reference_model"))]
+    paper = drawing.paper_values("reference_model")
+    errors = [number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")]
+    errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
+    cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]]
     for name in ranking:
         cells += [row(PAPER_TRAINED[name], by_recipe[name])] if name in by_recipe else []
         cells.append(row(name, model_comparison["models"][name], batches.get(name, "-")))

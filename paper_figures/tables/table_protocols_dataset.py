@@ -17,19 +17,6 @@ RESULTS = {
 }
 
 
-def protocol_rows(examples: list[dict[str, Any]]) -> list[list[str]]:
-    """One row for each panel: the paper's protocol, our results, and the number of jumps."""
-    return [
-        [
-            f"({example['name']})",
-            *(number(example["protocol"][name]) for name in QUANTITIES),
-            *(number(example["results"][name], 4) for name in RESULTS),
-            str(example["jumps"]),
-        ]
-        for example in examples
-    ]
-
-
 def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]]:
     """One row for each quantity: its name, the paper's value and ours."""
     seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
@@ -67,9 +54,18 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
 
 def compose(dataset_examples: Any, dataset_statistics: Any) -> dict[str, Table]:
     """Write both tables."""
+    rows = [
+        [
+            f"({example['name']})",
+            *(number(example["protocol"][name]) for name in QUANTITIES),
+            *(number(example["results"][name], 4) for name in RESULTS),
+            str(example["jumps"]),
+        ]
+        for example in dataset_examples["examples"]
+    ]
     first = Table(
         ["Panel", *QUANTITIES.values(), *RESULTS.values(), "Jumps"],
-        protocol_rows(dataset_examples["examples"]),
+        rows,
         caption("protocols-dataset", accuracy=dataset_examples["accuracy"]),
     )
     second = Table(

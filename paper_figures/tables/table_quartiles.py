@@ -14,28 +14,16 @@ COLUMNS = {
 }
 
 
-def cell(mean: float, sd: float, digits: int) -> str:
-    """Mean and standard deviation, as text."""
-    return rf"{number(mean, digits)} $\pm$ {number(sd, digits)}"
-
-
-def rows(content: dict[str, Any]) -> list[list[str]]:
-    """Rows for each quartile: the paper's, those of a training by its recipe, and those by ours."""
-    paper, found = {row["quartile"]: row for row in paper_rows("quartiles")}, []
-    by_recipe = {"its recipe": content["by_paper_recipe"], "our recipe": content}
+def compose(error_statistics: Any) -> Table:
+    """Write the table: for each quartile the paper's errors, those of a training by its recipe, and those by ours."""
+    paper, rows = {row["quartile"]: row for row in paper_rows("quartiles")}, []
+    by_recipe = {"its recipe": error_statistics["by_paper_recipe"], "our recipe": error_statistics}
     for name in QUARTILES:
-        theirs = paper[name]
-        sources = {"paper": {c: {part: theirs[f"{c}_{part}"] for part in ("mean", "sd")} for c in COLUMNS}}
+        sources = {"paper": {c: {part: paper[name][f"{c}_{part}"] for part in ("mean", "sd")} for c in COLUMNS}}
         sources |= {source: one["quartiles"][name] for source, one in by_recipe.items() if one}
         for source, one in sources.items():
-            cells = [cell(f * one[c]["mean"], f * one[c]["sd"], d) for c, (_, f, d) in COLUMNS.items()]
-            found.append([name if source == "paper" else "", source, *cells])
-    return found
-
-
-def compose(error_statistics: Any) -> Table:
-    """Write the table."""
-    by_recipe = {"its recipe": error_statistics["by_paper_recipe"], "our recipe": error_statistics}
+            pairs = ([number(f * one[c][part], d) for part in ("mean", "sd")] for c, (_, f, d) in COLUMNS.items())
+            rows.append([name if source == "paper" else "", source, *map(r" $\pm$ ".join, pairs)])
     medians = (
         f"{one['overall']['pull_off_force_percent']['median']:.2g} and "
         f"{one['overall']['hysteresis_percent']['median']:.2g} % by {recipe}"
@@ -50,4 +38,4 @@ def compose(error_statistics: Any) -> Table:
         floor=error_statistics["overall"]["resolution_floor_percent"],
     )
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
-    return Table(header, rows(error_statistics), words)
+    return Table(header, rows, words)

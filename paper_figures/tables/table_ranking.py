@@ -26,12 +26,6 @@ def says(claim: str) -> str:
     return f"best conditioning of {family}" if family else SAYS[kind]
 
 
-def error_text(spread: dict[str, float], seeds: int) -> str:
-    """Median over seeds, its interval in brackets, and the extremes where there are several."""
-    text = f"{number(spread['median'])} [{number(spread['low'])}, {number(spread['high'])}]"
-    return text if seeds == 1 else f"{text}, seeds {number(spread['min'])} to {number(spread['max'])}"
-
-
 def chance_text(chance: float, resamples: int) -> str:
     """A probability as text, with a bound where the number of resamples limits it."""
     least = max(1e-3, 1.0 / resamples)
@@ -41,26 +35,22 @@ def chance_text(chance: float, resamples: int) -> str:
 
 
 def errors_table(ranking: Any, by_recipe: dict[str, Any]) -> Table:
-    """One row for each model that has a seed, best first; `by_recipe` are the errors by the paper's recipe."""
-    found, spread, expected = ranking["models"], ranking["spread"], ranking["seeds_expected"]
-    order = sorted(found, key=lambda name: spread[name]["test_mse"]["median"])
-    rows = [
-        [
-            name,
-            number(by_recipe[name]) if name in by_recipe else "-",
-            f"{len(found[name])} of {expected}",
-            *(error_text(spread[name][metric], len(found[name])) for metric in METRICS),
-            number(spread[name]["validation_mse"]["median"]),
-        ]
-        for name in order
-    ]
+    """One row for each model that has a seed, best first; `by_recipe` are the errors by the paper's recipe.
+
+    Errors are medians over the seeds, with their interval in brackets, and the extremes if there are several seeds.
+    """
+    rows = []
+    for name, spread in sorted(ranking["spread"].items(), key=lambda pair: pair[1]["test_mse"]["median"]):
+        count, cells = len(ranking["models"][name]), []
+        for one in (spread[metric] for metric in METRICS):
+            cells.append(f"{number(one['median'])} [{number(one['low'])}, {number(one['high'])}]")
+            cells[-1] += f", seeds {number(one['min'])} to {number(one['max'])}" if count > 1 else ""
+        first = [name, number(by_recipe[name]) if name in by_recipe else "-", f"{count} of {ranking['seeds_expected']}"]
+        rows.append([*first, *cells, number(spread["validation_mse"]["median"])])
     left_out = " ".join(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())
     words = caption("ranking", confidence=100 * ranking["confidence"], resamples=ranking["resamples"])
-    return Table(
-        ["Model", "MSE by the paper's recipe", "Seeds", *METRICS.values(), "Validation MSE"],
-        rows,
-        f"{words} {left_out}".strip(),
-    )
+    header = ["Model", "MSE by the paper's recipe", "Seeds", *METRICS.values(), "Validation MSE"]
+    return Table(header, rows, f"{words} {left_out}".strip())
 
 
 def orders_table(ranking: Any) -> Table:

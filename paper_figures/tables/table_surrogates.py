@@ -64,21 +64,15 @@ def page_text(pretrained_errors: Any) -> str:
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
 
 
-def calls(content: dict[str, Any]) -> list[list[str]]:
-    """Time of each way to call the solver and the models, and the error of the gradient."""
-    found = []
-    for name in ("solver", *content["models"]):
-        seconds, errors = content["seconds"][name], content["gradients"]["tools"][name]["common"]
-        times = [f"{factor * seconds[kind]:.3g}" for kind, factor in WAYS.items()]
-        found.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
-    return found
-
-
 def calls_text(pretrained_errors: Any) -> str:
-    """The table of the ways to call for a page, and how it was made."""
-    gradients = pretrained_errors["gradients"]
+    """The table of the ways to call for a page: times, the error of the gradient, and how it was made."""
+    gradients, rows = pretrained_errors["gradients"], []
+    for name in ("solver", *pretrained_errors["models"]):
+        seconds, errors = pretrained_errors["seconds"][name], gradients["tools"][name]["common"]
+        times = [f"{factor * seconds[kind]:.3g}" for kind, factor in WAYS.items()]
+        rows.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
     return (
-        f"{markdown_table(CALLS, calls(pretrained_errors), 'lrrrrr')}\n\n"
+        f"{markdown_table(CALLS, rows, 'lrrrrr')}\n\n"
         f"Errors of gradients on {gradients['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{pretrained_errors['command']}` on {pretrained_errors['host']}."
     )

@@ -7,7 +7,8 @@ import pytest
 
 import surrogate
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
+from bem.dataset.physical_steps import physical_grid
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -19,29 +20,24 @@ TRACKED, SOLIDS = (
 )
 
 
-def test_spread_takes_the_nearest_free_protocol():
+def test_spread_takes_the_nearest_free_protocol_over_magnitudes():
     corners = np.array([1.0, 10.0])
     grid = np.stack(np.meshgrid(*[corners] * 5), axis=-1).reshape(-1, 5)
     protocols = dict(zip(QUANTITIES, grid.T, strict=True))
     chosen = demo_curves.spread(protocols, 32)
     assert sorted(chosen) == list(range(32))
+    assert sorted(demo_curves.spread(dict.fromkeys(QUANTITIES, np.ones(4)), 4)) == [0, 1, 2, 3]
     assert list(demo_curves.spread(protocols, 5)) == list(chosen[:5])
-
-
-def test_protocols_are_spread_over_magnitudes():
-    """Of magnitudes from 1 to 10000, half lie below 100."""
+    # Of magnitudes from 1 to 10000, half lie below 100.
     values = np.geomspace(1.0, 1e4, 401)
     chosen = values[demo_curves.spread(dict.fromkeys(QUANTITIES, values), 16)]
     assert 4 <= np.sum(chosen < 100.0) <= 12
-
-
-def test_no_more_than_there_are():
     protocols = {name: np.array([1.0, 2.0, 3.0]) for name in QUANTITIES}
     with pytest.raises(ValueError, match="count must lie between 1 and the 3 held-out protocols; received 4"):
         demo_curves.spread(protocols, 4)
 
 
-def test_tracked_curves_are_of_the_published_data_set():
+def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
     """Fails when the data set was published anew: run `make demo-curves`."""
     dataset = TrajectoryDataset.load(ROOT / demo_curves.DATASET)
     assert TRACKED["dataset_sha256"] == dataset.sha256
@@ -56,26 +52,29 @@ def test_tracked_curves_are_of_the_published_data_set():
         assert row in test_part
         assert curve["protocol"] == {name: dataset.protocols[name][row] for name in QUANTITIES}
         np.testing.assert_allclose(curve["force"], dataset.force[row], rtol=1e-6)
-
-
-def test_tracked_curves_hold_the_papers_samples():
     rows = paper_rows("canonical_protocols")
     curves = [curve for curve in TRACKED["curves"] if curve["kind"] == "paper"]
     assert [curve["name"] for curve in curves] == [f"paper-{row['sample']:g}" for row in rows]
     assert [curve["protocol"] for curve in curves] == [{name: row[name] for name in QUANTITIES} for row in rows]
 
 
-def test_a_sample_is_simulated_on_the_measurement_steps():
-    row = {"sample": 12.0, **TRACKED["curves"][11]["protocol"]}
-    curve = demo_curves.paper_curve(row)
+def test_a_sample_and_a_solid_are_simulated_on_their_steps():
+    curve = demo_curves.simulated_curve(TRACKED["curves"][11], measurement_grid)
     assert curve["results"]["pull_off_force"] == pytest.approx(
         TRACKED["curves"][11]["results"]["pull_off_force"], rel=5e-3
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
+    tracked = SOLIDS["curves"][-1]
+    curve = demo_curves.simulated_curve(tracked, physical_grid)
+    np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
+    assert len(curve["force"]) == sum(PHYSICAL)
+    # Most steps are where the contact separates, so that they hold nearly all of the peak.
+    peak = curve["results"]["pull_off_force"]
+    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
-def test_tracked_solids_are_the_same_protocols_and_others():
+def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
     """Fails when one of the two files was written alone: run `make demo-curves`."""
     assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
     assert tuple(SOLIDS["counts"]) == PHYSICAL
@@ -90,20 +89,7 @@ def test_tracked_solids_are_the_same_protocols_and_others():
     ratios = [one["protocol"]["modulus_ratio"] for one in others]
     assert min(ratios) < 0.03
     assert max(ratios) > 0.3
-
-
-def test_a_solid_is_simulated_on_the_physical_steps():
-    tracked = SOLIDS["curves"][-1]
-    curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
-    np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
-    assert len(curve["force"]) == sum(PHYSICAL)
-    # Most steps are where the contact separates, so that they hold nearly all of the peak.
-    peak = curve["results"]["pull_off_force"]
-    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
-
-
-def test_the_tracked_contacts_are_those_of_the_curves_and_small():
-    """Fails when the file was not written with the others: run `make demo-curves`."""
+    # Fails when the file was not written with the others: run `make demo-curves`.
     path = ROOT / demo_curves.CONTACTS_OUT
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["dataset_sha256"] == SOLIDS["dataset_sha256"]

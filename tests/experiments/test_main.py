@@ -8,6 +8,7 @@ import pytest
 from experiments import common
 from experiments.__main__ import main
 from experiments.measurements import contact_ticks
+from experiments.paper import architecture_graphs
 
 
 def run(monkeypatch, capsys, *words):
@@ -17,7 +18,7 @@ def run(monkeypatch, capsys, *words):
     return end.value.code, capsys.readouterr()
 
 
-@pytest.mark.parametrize("name", ["bench_solver", "persson_brener"])
+@pytest.mark.parametrize("name", ["soak", "persson_brener"])
 def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
     code, said = run(monkeypatch, capsys, name, "--help")
     assert code == 0
@@ -35,8 +36,8 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["own_architecture_graphs"], "Missing option '--architecture'"),
-        (["architecture_graphs", "--architecture", "a.py"], "No such option: --architecture"),
+        (["lab_files"], "Missing option '--folder'"),
+        (["dataset_statistics", "--architecture", "a.py"], "No such option: --architecture"),
         (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
         (["model_comparison", "--dataset", "no/file.h5"], "data set 'no/file.h5' not found"),
         (["amortisation", "--accuracy-cost", "no.json"], "'no.json' not found; `make measure-accuracy-cost` makes it"),
@@ -45,6 +46,19 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
 def test_options_are_those_of_the_study(words, said, monkeypatch, capsys):
     code, found = run(monkeypatch, capsys, *words)
     assert (code, said in found.err) == (2, True)
+
+
+@pytest.mark.parametrize(("words", "status"), [((), 1), (("--leave-out",), 0)])
+def test_a_study_that_needs_keras_says_so_and_is_left_out_where_that_is_allowed(words, status, monkeypatch, capsys):
+    def study():
+        raise ModuleNotFoundError("No module named 'keras'", name="keras")
+
+    monkeypatch.setattr(architecture_graphs, "study", study)
+    code, said = run(monkeypatch, capsys, "architecture_graphs", *words)
+    assert code == status
+    assert (
+        "architecture_graphs needs keras, which this installation leaves out; run `make setup`" in said.out + said.err
+    )
 
 
 def test_an_option_may_be_repeated(monkeypatch, capsys):

@@ -17,15 +17,12 @@ def publish(folder, labels, seconds):
         (folder / "models" / label / "run.json").write_text(json.dumps(run), encoding="utf-8")
 
 
-def test_a_stage_of_which_nothing_is_published_shows_an_estimate(tmp_path):
+def test_hours_follow_from_what_the_published_models_took(tmp_path):
     known = read_stages()
     assert list(known) == ["dataset", "models", "more-models", "feature-sets", "data-efficiency", "paper"]
     line = describe("models", known, tmp_path)
     assert line.startswith("stage 2 of 6, models: train the 18 paper models")
     assert line.endswith("by estimate")
-
-
-def test_hours_follow_from_what_the_published_models_took(tmp_path):
     publish(tmp_path, names(), 1000.0)
     assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 1000.0 / 3600.0 / 2), True)
     assert describe("models", read_stages(), tmp_path).endswith("about 2.5 hours")

@@ -4,14 +4,11 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import names
 
 
-def test_each_model_looks_the_same_everywhere_and_no_two_alike():
+def test_each_model_looks_the_same_everywhere_and_none_like_the_papers():
     looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in names()}
     assert len(looks) == 18
     assert models_style.marker("M1-concat")["marker"] == "^"
     assert models_style.color("M1-concat") == drawing.BLUE
-
-
-def test_the_papers_colour_is_used_for_nothing_else():
     ours = {drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE, drawing.SKY, drawing.BLACK}
     assert drawing.PAPER not in ours
     assert models_style.paper_marker("M1-concat")["markeredgecolor"] == drawing.PAPER

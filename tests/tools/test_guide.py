@@ -4,27 +4,18 @@ from mkdocs.exceptions import PluginError
 from tools import guide
 
 
-def test_the_wrong_second_address_of_a_picture_is_removed():
+def test_pages_are_mended():
     written = '<img alt="a" class="one" src="images/a.png" srcset="../images/a.png" />'
     assert guide.on_page_content(written) == '<img alt="a" class="one" src="images/a.png" />'
-
-
-def test_a_word_of_code_is_not_broken_at_its_hyphens_but_a_block_is_left_alone():
     written = "<p><code>make docs-cost</code></p><pre><code>make docs-cost</code></pre><code>plain words</code>"
     found = guide.on_page_content(written)
     assert found == written.replace("docs-cost", '<span class="whole">docs-cost</span>', 1)
     long = f"<code>--{'a-' * 20}</code>"
     assert guide.on_page_content(long) == long
-
-
-def test_a_point_stays_with_the_formula_before_it():
     inline, block = "<math><mi>P</mi></math>", '<math display="block"><mi>P</mi></math>'
     assert guide.on_page_content(f"{inline}, {inline} and {block}.") == (
         f'<span class="whole">{inline},</span> {inline} and {block}.'
     )
-
-
-def test_a_link_to_a_tutorial_names_its_file():
     written = (
         '<a class="one" href="1_first"><a href="2_second#part"><a href="1.html"><a href="https://example.org/1_a">'
     )

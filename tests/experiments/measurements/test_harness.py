@@ -5,33 +5,26 @@ import json
 import numpy as np
 import pytest
 
-from experiments import progress
 from experiments.measurements import harness
 from experiments.measurements.harness import Clock, plain, stated
 from experiments.measurements.statistics import force_error, spread
 
 
-def test_plain_holds_nothing_json_cannot():
+def test_numbers_are_plain_and_spreads_and_errors_count_what_is_said():
     content = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
     assert json.dumps(plain(content), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
-
-
-def test_spread():
     assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
     assert spread([])["count"] == 0
     found = spread(range(101))
     assert [found[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
-
-
-def test_force_error_counts_what_is_said():
-    exact = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]])
+    exact = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 5.0]])
     found = np.array([[0.5, 1.0, np.nan], [np.nan, np.nan, np.nan]])
     np.testing.assert_allclose(force_error(found, exact), [0.125, np.nan])
 
 
 def test_progress_says_what_is_left(monkeypatch, capsys):
-    monkeypatch.setattr(progress, "SAID_EVERY", -1.0)
-    assert list(progress.progress(iter("abc"), "letters", 3)) == ["a", "b", "c"]
+    monkeypatch.setattr(harness, "SAID_EVERY", -1.0)
+    assert list(harness.progress(iter("abc"), "letters", 3)) == ["a", "b", "c"]
     lines = capsys.readouterr().err.splitlines()
     assert [line.split(",")[0] for line in lines] == ["letters: 1 of 3", "letters: 2 of 3", "letters: 3 of 3"]
     assert all(line.endswith(" left") for line in lines[1:])
@@ -39,9 +32,9 @@ def test_progress_says_what_is_left(monkeypatch, capsys):
 
 def test_a_compilation_during_the_first_item_is_not_expected_of_the_others(monkeypatch, capsys):
     now = iter([0.0, 40.0, 41.0, *range(42, 141)])
-    monkeypatch.setattr(progress, "SAID_EVERY", -1.0)
-    monkeypatch.setattr(progress.time, "perf_counter", lambda: float(next(now)))
-    assert list(progress.progress(range(100), "numbers")) == list(range(100))
+    monkeypatch.setattr(harness, "SAID_EVERY", -1.0)
+    monkeypatch.setattr(harness.time, "perf_counter", lambda: float(next(now)))
+    assert list(harness.progress(range(100), "numbers")) == list(range(100))
     first, second, third, *_, last = capsys.readouterr().err.splitlines()
     assert (first, second) == ("numbers: 1 of 100", "numbers: 2 of 100, 0:01:38 left")
     assert (third, last) == ("numbers: 3 of 100, 0:01:37 left", "numbers: 100 of 100, 0:00:00 left")
@@ -121,16 +114,13 @@ def test_a_measurement_states_its_options_but_paths_and_what_changes_no_result(t
     assert " ".join(stated(options)) == "--some-count 5 --name a --name b --fast"
 
 
-def test_only_a_measurement_may_hold_what_is_not_a_number(clock, tmp_path):
+def test_only_a_measurement_may_hold_what_is_not_a_number_and_what_is_kept_is_not_computed_again(clock, tmp_path):
     harness.publish(tmp_path / "measurements" / "one.json", "one", {"a": np.nan}, busy=False)
     found = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
     assert found["a"] is None
     assert "processor_share" not in found
     with pytest.raises(ValueError, match="not JSON compliant"):
         harness.publish(tmp_path / "studies" / "one.json", "one", {"a": np.nan}, busy=False)
-
-
-def test_what_is_kept_is_not_computed_again(tmp_path):
     path = tmp_path / "folder" / "one.json"
     assert harness.kept(path, lambda: {"a": np.float64(1.0)}) == {"a": 1.0}
     assert harness.kept(path, None) == {"a": 1.0}

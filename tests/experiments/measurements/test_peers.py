@@ -9,14 +9,11 @@ from bem.tractions import traction
 from experiments.measurements import other_software, peers
 
 
-def test_the_top_of_a_parabola():
+def test_the_top_of_a_parabola_and_the_force_beyond_a_square():
     x = np.linspace(-1.0, 1.0, 6)
     assert other_software.highest(2.0 - 3.0 * (x - 0.1) ** 2) == pytest.approx(2.0)
     assert other_software.highest(x) == 1.0
     assert other_software.highest(np.array([1.0, 1.0, 1.0])) == 1.0
-
-
-def test_the_force_beyond_a_square_is_that_of_an_undeformed_sphere():
     half, indentation = 2.0, 0.5
     x = np.linspace(-60.0, 60.0, 1201)
     squared = np.add.outer(x**2, x**2)

@@ -3,29 +3,21 @@
 import pytest
 
 from experiments.paper import adopted_settings
+from experiments.places import CONFIGS
 
 
-def test_the_recipe_is_the_papers_own():
+def test_the_settings_are_the_papers_own(monkeypatch):
     found = adopted_settings.recipe()
     assert (found["batch_size"], found["learning_rate"], found["stop_after"]) == (8, 1e-4, 30)
     assert "plateau" not in found
-
-
-def test_the_protocols_of_the_short_range_limit_differ_in_one_quantity():
     found = adopted_settings.crack_protocol()
     assert found["tabor"] == 3.24
     assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
     assert found["radius_over_gap"] == 100.0
-
-
-def test_closed_forms_are_the_known_limits(monkeypatch):
     monkeypatch.setattr(adopted_settings, "layers", dict)
-    found = adopted_settings.study(adopted_settings.common.CONFIGS)["closed_forms"]
+    found = adopted_settings.study(CONFIGS)["closed_forms"]
     assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
-
-
-def test_protocols_that_differ_otherwise_are_refused(monkeypatch):
-    rows = [dict.fromkeys(adopted_settings.common.QUANTITIES, value) for value in (1.0, 2.0)]
+    rows = [dict.fromkeys(adopted_settings.QUANTITIES, value) for value in (1.0, 2.0)]
     monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
     with pytest.raises(ValueError, match="differ in the unloading rate alone"):
         adopted_settings.crack_protocol()

@@ -46,18 +46,12 @@ def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
     assert found["regimes"][0]["paper_seconds"] == theirs
 
 
-def test_factors_are_summed_up_by_their_median():
+def test_published_seconds_cover_all_protocols_and_are_summed_up_by_medians(tmp_path):
     regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}} for seconds in (0.1, 1.0, 100.0)]
     found = canonical_regimes.summary(regimes)
     assert (found["median_solver_seconds"], found["orders_of_magnitude"]) == pytest.approx((1, 1))
-
-
-def test_without_published_seconds_the_target_that_measures_them_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
         Places(tmp_path, tmp_path).arguments(canonical_regimes.study, "figure-6")
-
-
-def test_what_is_published_covers_all_protocols():
     found = Places().read("canonical_times", "figure-6")
     assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
     assert all(set(one) == set(WAYS) for one in found["seconds"].values())

@@ -39,7 +39,7 @@ def test_resolution_floor_is_what_the_steps_alone_cost(data):
     np.testing.assert_allclose(floor["pull_off_time"], 0.5)
 
 
-def test_statistics_name_the_file(dataset, data):
+def test_statistics_name_the_file_and_percentiles_are_those_of_their_names(dataset, data):
     found = dataset_statistics.study(dataset)
     assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
     assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
@@ -48,6 +48,8 @@ def test_statistics_name_the_file(dataset, data):
     assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
     assert found["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
     assert found["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / whole)
+    found = dataset_statistics.percentiles(np.arange(101.0))
+    assert found == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
 def test_what_ends_above_the_far_field_is_still_attached(data):
@@ -66,11 +68,6 @@ def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, 
     assert list(inconsistencies.end_force(dataset).values()) == [1.0]
     whole = accuracy_price.errors(data, data)["force"]
     assert (len(whole), len(accuracy_price.errors(other, data)["force"])) == (60, 45)
-
-
-def test_percentiles_are_those_of_their_names():
-    found = dataset_statistics.percentiles(np.arange(101.0))
-    assert found == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
 def test_what_is_never_compressed_has_no_force_ratio(data):
@@ -101,11 +98,7 @@ def test_price_compares_the_same_protocols(tmp_path, in_this_process):
     assert "errors" not in levels[2]
     with pytest.raises(ValueError, match="reference_count must be a whole number from 1 to 40"):
         accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
-
-
-def test_cost_is_that_of_the_solver_for_all_trajectories(tmp_path, in_this_process):
-    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
-    levels = accuracy_price.price(datasets)
+    # The cost is that of the solver for all trajectories.
     rows = table_accuracy_price.rows_of([level | {"seconds": level["seconds"] | {"mean": 3.0}} for level in levels])
     assert [row[6] for row in rows] == ["2.0", "2.0", "2.0"]
 

@@ -5,6 +5,7 @@ import pytest
 
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.measurements.cases import Case
 from experiments.paper import persson_brener
 from experiments.paper.inconsistencies import SLIPS
 from experiments.paper_numbers import paper_rows
@@ -23,30 +24,31 @@ def test_edge_velocity_of_a_known_history():
     assert persson_brener.edge_velocity(history, 0.01) == pytest.approx(0.7)
 
 
-def test_lengths_agree_with_the_papers():
+def test_lengths_agree_with_the_papers_and_deviations_are_summed_up():
     beta_over_gap = np.sqrt(3.24 * 100.0)
     assert theory.length_scale(3.24) == pytest.approx(4.252, rel=1e-3)
     assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
-
-
-def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated():
-    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, 3.2)}))
-    protocols = paper_rows("persson_brener_protocols")
-    assert persson_brener.extrapolation_percent(trained, protocols) == pytest.approx(1.25)
-    assert persson_brener.extrapolation_percent(trained, [{"tabor": 3.0}]) == 0.0
-
-
-def test_deviations_are_summed_up_by_median_and_largest():
-    names = ("solver", "theory", "theory_at_own_velocity", "surrogate")
-    found = persson_brener.summary([dict.fromkeys(names, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
+    found = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
     assert found["solver_against_theory_median_percent"] == pytest.approx(10.0)
     assert found["solver_against_theory_largest_percent"] == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
+def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_to, beyond, monkeypatch):
+    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
+    monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
+    monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
+    found = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
+    assert found["extrapolation_percent"] == pytest.approx(beyond)
+
+
+POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
 
 
 def test_solver_follows_theory_and_the_table_of_crack_velocities():
     protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
     assert len(protocols) == 14
-    trajectory = common.simulated(protocols[7], modulus_ratio=0.1, accuracy="standard")
+    trajectory = Case.of(protocols[7]).simulated("standard")
     own = persson_brener.edge_velocity(trajectory, 0.01) * persson_brener.beta_over_length_scale(3.24)
     assert own == pytest.approx(protocols[7]["crack_velocity"], rel=0.05)
     assert trajectory.pull_off_force / 1.5 == pytest.approx(float(theory.effective_energy(own, 0.1)), rel=0.05)

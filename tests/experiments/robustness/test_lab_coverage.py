@@ -8,15 +8,12 @@ import pytest
 from experiments.robustness import lab_coverage
 
 
-def test_cases_are_drawn_from_their_ranges_and_again_the_same():
+def test_cases_are_drawn_from_their_ranges_and_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
     truths = [lab_coverage.drawn(np.random.default_rng([0, number])) for number in range(20)]
     for name, (low, high) in lab_coverage.LOGARITHMIC.items():
         assert all(low <= truth[name] <= high for truth in truths)
         assert len({truth[name] for truth in truths}) == 20
     assert truths[3] == lab_coverage.drawn(np.random.default_rng([0, 3]))
-
-
-def test_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
     truth = lab_coverage.drawn(np.random.default_rng(0))
     ramp = types.SimpleNamespace(completed=True, time=np.array([0.0, 0.1]), at=lambda instants: 10.0 * instants)
     monkeypatch.setattr(lab_coverage, "simulate", lambda *_: ramp)

@@ -13,24 +13,25 @@ def soaked(count, beyond, folder, stiff=0):
     return soak.study(count=count, beyond=beyond, stiff=stiff, jobs=1, folder=folder / "chunks")
 
 
+FLAT = np.concatenate([np.linspace(0.0, -1.0, 50)[:20], np.zeros(30)])
+
+
 @pytest.mark.parametrize(
-    "force", [PEAK, np.concatenate([PEAK[:20], PEAK[:20] - 3.0]), [0.0, 0.0, 1.0, 0.2, 0.1, 0.0], [0.0, 9.0, 0.0]]
+    ("force", "scale", "shares"),
+    [
+        (PEAK, 1.0, []),
+        (np.concatenate([PEAK[:20], PEAK[:20] - 3.0]), 1.0, []),
+        ([0.0, 0.0, 1.0, 0.2, 0.1, 0.0], 1.0, []),
+        ([0.0, 9.0, 0.0], 1.0, []),
+        (np.insert(PEAK, 10, 868.0), 1.0, [1.0]),
+        (np.insert(PEAK, 10, -0.5), 1.0, [0.76]),
+        # Rounding is no spike where there is no pull-off force.
+        (np.insert(FLAT, 40, 1e-16), 0.0, []),
+        (np.insert(FLAT, 40, 0.1), 0.0, [0.205]),
+    ],
 )
-def test_peaks_and_jumps_are_no_spikes(force):
-    assert len(soak.lone_spikes(np.array(force), 1.0)) == 0
-
-
-@pytest.mark.parametrize(("spike", "share"), [(868.0, 1.0), (-0.5, 0.76)])
-def test_a_lone_spike_is_seen(spike, share):
-    assert soak.lone_spikes(np.insert(PEAK, 10, spike), 1.0) == pytest.approx([share], rel=0.01)
-
-
-def test_rounding_is_no_spike_where_there_is_no_pull_off_force():
-    force = np.linspace(0.0, -1.0, 50)
-    force[20:] = 0.0
-    for height, count in ((1e-16, 0), (0.1, 1)):
-        force[40] = height
-        assert soak.lone_spikes(force, 0.0).size == count
+def test_lone_spikes_are_seen_and_peaks_and_jumps_are_none(force, scale, shares):
+    assert soak.lone_spikes(np.array(force), scale) == pytest.approx(shares, rel=0.01)
 
 
 def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
@@ -47,10 +48,13 @@ def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
 
-def test_memory_grows_from_the_first_half_of_the_chunks_to_the_second():
+def test_memory_grows_and_stiff_contacts_are_with_and_without_adhesion():
     row = {"status": "completed", "raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 1.0}
     chunks = [{"rows": [row], "memory": size} for size in [100] * 4 + [150] * 4]
     assert soak.summary(chunks)["memory_growth"] == pytest.approx(0.5)
+    columns = drawn("stiff", 40, 11)
+    assert set(columns["adhesion"]) == {0.0, 1.0}
+    assert columns["modulus_ratio"].max() < 0.3
 
 
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
@@ -75,12 +79,6 @@ def test_soak_sees_exceptions(monkeypatch):
     found = soak.soaked(rows_of(drawn("inside", 1, 0))[0])
     assert found["raised"]
     assert found["status"] == "ZeroDivisionError: division by zero"
-
-
-def test_stiff_contacts_are_with_and_without_adhesion():
-    columns = drawn("stiff", 40, 11)
-    assert set(columns["adhesion"]) == {0.0, 1.0}
-    assert columns["modulus_ratio"].max() < 0.3
 
 
 @pytest.mark.slow

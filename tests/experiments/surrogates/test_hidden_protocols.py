@@ -3,8 +3,7 @@ import pytest
 
 from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
-from experiments import common
-from experiments.measurements.cases import EDGES, Hidden, regions
+from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import inverse_problem, measurement_floor, pretrained_errors
 from tests.experiments.shallow import DRAW, shallow
@@ -19,21 +18,18 @@ def draft(monkeypatch):
     monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
-    def simulated(row, *, accuracy, modulus_ratio=0.1):
+    def simulated(case, accuracy):
         assert accuracy in ("standard", pretrained_errors.FINE)
-        return simulate(*common.problem(row, modulus_ratio), "draft")
+        return case.run("draft")
 
-    monkeypatch.setattr(common, "simulated", simulated)
+    monkeypatch.setattr(Case, "simulated", simulated)
 
 
-def test_hidden_protocols_are_in_the_papers_ranges_and_of_the_asked_solids():
+def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
     one, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
     assert set(one.quantities["modulus_ratio"]) == {0.1}
     assert len(set(several.quantities["modulus_ratio"])) == 3
     assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
-
-
-def test_corners_are_all_and_within_the_ranges():
     corners = CORNERS(0.1).quantities
     assert len({*zip(*corners.values(), strict=True)}) == 32
     assert {
@@ -155,9 +151,6 @@ def test_each_quantity_divides_all_protocols_once():
         parts = [rows for region, rows in found.items() if region.startswith(words)]
         assert len(parts) == len(edges) - 1
         np.testing.assert_array_equal(np.sum(parts, axis=0), 1)
-
-
-def test_a_bound_belongs_to_the_region_above_and_what_all_share_divides_nothing():
     found = regions({"tabor": np.array([0.19, 1.0, 3.25]), "modulus_ratio": np.full(3, 0.1)})
     assert {name: rows.tolist() for name, rows in found.items() if name != "all"} == {
         "Tabor parameter 0.2 to 1": [True, False, False],

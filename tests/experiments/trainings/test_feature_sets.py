@@ -48,21 +48,16 @@ def run(tmp_path, dataset, file, **changes):
     return json.loads(out.read_text(encoding="utf-8"))
 
 
-def test_there_is_no_summary_while_a_training_is_missing(tmp_path, dataset, physical, queue, scored):
-    queue[0].add("features-D")
+@pytest.mark.parametrize(("waits_for", "sets", "summary"), [("D", "A", None), ("D-physical", "AD", 1.0)])
+def test_the_summary_waits_for_the_papers_sets_only(
+    waits_for, sets, summary, tmp_path, dataset, physical, queue, scored
+):
+    queue[0].add(f"features-{waits_for}")
     with pytest.raises(typer.Exit):
         run(tmp_path, dataset, physical)
     content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert (list(content["sets"]), content["complete"], content["summary"]) == (["A"], False, {})
-    assert (content["physical"], scored) == ({}, [])
-
-
-def test_the_papers_ranking_waits_for_the_papers_sets_only(tmp_path, dataset, physical, queue, scored):
-    queue[0].add("features-D-physical")
-    with pytest.raises(typer.Exit):
-        run(tmp_path, dataset, physical)
-    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert (content["complete"], content["summary"]["factor_a_over_d"]) == (False, 1.0)
+    assert (list(content["sets"]), content["complete"]) == (list(sets), False)
+    assert content["summary"].get("factor_a_over_d") == summary
     assert (content["physical"], scored) == ({}, [])
 
 

@@ -10,10 +10,13 @@ def write_model(folder, dataset, mse, **run):
     models.write_model(folder, mse, **{"dataset_sha256": dataset_digest(dataset), "epochs": 2} | run)
 
 
-def test_minutes_to_an_error_are_those_of_the_first_epoch_below_it():
+def test_minutes_and_seconds_of_a_training(dataset, tmp_path):
     history = {"cpu_seconds": [60.0, 120.0, 180.0], "validation_mse": [0.3, 0.1, 0.2]}
     assert minutes_to(history, 0.2) == 2.0
     assert minutes_to(history, 0.01) is None
+    write_model(tmp_path / "M1-concat", dataset, 3e-4)
+    assert training_cost.training_seconds(tmp_path / "M1-concat", {("paper", "M1-concat"): 10.0}) == 120.0
+    assert training_cost.training_seconds(tmp_path / "M1-concat", {("swift", "M1-concat"): 10.0}) == 2 * 3 * 10.0
 
 
 def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset, tmp_path):
@@ -37,9 +40,3 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     (reference,) = content["models"]
     assert reference["history"]["core_minutes"] == [0.5, 1.0]
     assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 1.0)
-
-
-def test_seconds_of_a_training_are_its_batches_where_one_machine_measured_them(dataset, tmp_path):
-    write_model(tmp_path / "M1-concat", dataset, 3e-4)
-    assert training_cost.training_seconds(tmp_path / "M1-concat", {("paper", "M1-concat"): 10.0}) == 120.0
-    assert training_cost.training_seconds(tmp_path / "M1-concat", {("swift", "M1-concat"): 10.0}) == 2 * 3 * 10.0

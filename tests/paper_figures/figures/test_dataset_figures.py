@@ -21,7 +21,7 @@ def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp
     assert first.keys() == {"figure-2.pdf", "figure-2.png"}
 
 
-def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples):
+def test_histograms_are_shares_and_the_cost_is_that_of_what_completed(dataset_path, examples):
     panels = figure_2.compose(examples, dataset_path).axes
     assert len(panels) == 9
     for axes in panels[6:]:
@@ -29,6 +29,11 @@ def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples):
         np.testing.assert_allclose(sum(patch.get_height() for patch in axes.patches), 1.0)
     texts = " ".join(text.get_text() for text in panels[8].texts)
     assert "paper: 478 h\nmean 138 s" in texts
+    axes = drawing.figure(height=2.0).subplots()
+    seconds = {"solver_seconds": np.array([30.0, 90.0, 9e3])}
+    dataset = types.SimpleNamespace(scalars=seconds, completed=np.array([0, 1]))
+    figure_2.draw_cost(axes, dataset, {"cpu_hours": 478, "trajectories": 12_450})
+    assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
 
 
 def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
@@ -53,14 +58,6 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
     assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
 
 
-def test_the_cost_is_that_of_what_completed():
-    axes = drawing.figure(height=2.0).subplots()
-    seconds = {"solver_seconds": np.array([30.0, 90.0, 9e3])}
-    dataset = types.SimpleNamespace(scalars=seconds, completed=np.array([0, 1]))
-    figure_2.draw_cost(axes, dataset, {"cpu_hours": 478, "trajectories": 12_450})
-    assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
-
-
 def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
     mapping = examples["mapping"]
     by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in figure_3.compose(examples).axes}
@@ -79,7 +76,7 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
         np.testing.assert_array_equal(drawn, native)
 
 
-def test_tables_of_the_data_set(dataset_path, examples):
+def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examples):
     found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
     first, second = table_protocols_dataset.compose(examples, found).values()
     assert len(first.rows) == 6
@@ -92,9 +89,6 @@ def test_tables_of_the_data_set(dataset_path, examples):
         "| trajectories with a jump | not stated | 12.5 % |",
     ):
         assert words in summary
-
-
-def test_table_of_the_price_of_accuracy():
     seconds = {"mean": 12.3, "median": 0.01, "p99": 0.1}
     found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
     level = {"trajectories": 9, "failed": 0, "seconds": seconds, "compared": 4}
@@ -109,15 +103,12 @@ def test_table_of_the_price_of_accuracy():
     assert "on 4 protocols that are a random sample" in table.caption
 
 
-def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
+def test_latex_escapes_text_leaves_mathematics_alone_and_rows_keep_their_order(tmp_path):
     Table(["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$").save("t", tmp_path)
     text = (tmp_path / "t.tex").read_text(encoding="utf-8")
     assert r"A\_b & $x_1$ (\%) \\" in text
     assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text
     assert r"\caption{50 \% of $y_2$}" in text
-
-
-def test_rows_keep_their_order(tmp_path):
     Table(["n"], [["1"], ["2"]], "Two.").save("t", tmp_path)
     for kind in ("md", "csv", "tex"):
         text = (tmp_path / f"t.{kind}").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from paper_figures.models import figure_fms_transfer
 from paper_figures.style import drawing, models_style
 
 
-def test_figure_6_plots_solver_and_prediction(regimes):
+def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes, errors):
     _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
@@ -18,6 +18,14 @@ def test_figure_6_plots_solver_and_prediction(regimes):
     assert len({line.get_color() for line in markers.values()}) == 3
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
     assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
+    _, model, force = graphical_abstract.compose(regimes, errors).axes
+    text = " ".join(text.get_text() for text in model.texts)
+    assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
+    assert "6 ms a prediction, solver 10 ms" in text
+    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
+    assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
+    assert predicted.get_color() == models_style.color("M1-concat")
+    assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 
 def test_figure_7_counts_every_trajectory_once(errors):
@@ -40,7 +48,7 @@ def test_figure_7_counts_every_trajectory_once(errors):
     assert {line.get_label(): to_rgba(line.get_color()) for line in points} == named
 
 
-def test_figure_fms_transfer():
+def test_figure_fms_transfer_and_its_numbers():
     predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
@@ -53,20 +61,6 @@ def test_figure_fms_transfer():
     heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
     assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
-
-
-def test_graphical_abstract_states_the_medians(regimes, errors):
-    _, model, force = graphical_abstract.compose(regimes, errors).axes
-    text = " ".join(text.get_text() for text in model.texts)
-    assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
-    assert "6 ms a prediction, solver 10 ms" in text
-    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
-    assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
-    assert predicted.get_color() == models_style.color("M1-concat")
-    assert predicted.get_ydata().tolist() == [0.5, -5.0]
-
-
-def test_numbers_have_the_minus_sign_of_the_axes_and_as_many_digits():
     assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
     assert drawing.written(3) == "3"
     predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}

@@ -46,20 +46,16 @@ def test_graphs_and_drawings_are_those_of_the_keras_models():
     assert readout.count("Dense 64\nReLU") == readout.count("Dense 1") == 3
 
 
+def layer(name, kind, width, label, *inputs):
+    return {"name": name, "kind": kind, "label": label, "width": width, "parameters": 5, "inputs": list(inputs)}
+
+
+INPUT = layer("sequence", "InputLayer", 4, "history")
+
+
 def test_architectures_are_drawn_from_their_graphs():
-    layers = [
-        {"name": "sequence", "kind": "InputLayer", "label": "history", "width": 4, "parameters": 0, "inputs": []},
-        {"name": "tabor", "kind": "InputLayer", "label": "Tabor", "width": 1, "parameters": 0, "inputs": []},
-        {"name": "a", "kind": "LSTM", "label": "LSTM 7", "width": 7, "parameters": 5, "inputs": ["sequence"]},
-        {
-            "name": "g",
-            "kind": "TaborGate",
-            "label": "Gate",
-            "width": 7,
-            "parameters": 5,
-            "inputs": ["a", "sequence", "tabor"],
-        },
-    ]
+    layers = [INPUT, layer("tabor", "InputLayer", 1, "Tabor"), layer("a", "LSTM", 7, "LSTM 7", "sequence")]
+    layers.append(layer("g", "TaborGate", 7, "Gate", "a", "sequence", "tabor"))
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
     panels = figure_architectures.compose({"models": graphs}).axes
     assert len(panels) == 6
@@ -68,19 +64,12 @@ def test_architectures_are_drawn_from_their_graphs():
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
-
-
-def test_a_wiring_stands_above_its_own_number_of_parameters():
-    layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
-    graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": layers} for place, how in enumerate(CONDITIONINGS)}
+    graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": [INPUT]} for place, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()
     figure_architectures.draw_family(axes, graphs, "M1", 1)
     across = {text.get_text(): text.get_position()[0] for text in axes.texts}
     for place, how in enumerate(CONDITIONINGS):
         assert across[how] == across[f"{7 + place}\nparameters"]
-
-
-def test_an_arrow_points_to_its_end():
     axes = drawing.figure(height=2.0).subplots()
     schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))
@@ -90,8 +79,7 @@ def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", "one more")
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6
-    layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
-    graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
+    graphs = {name: {"parameters": 10, "layers": [INPUT]} for name in names()}
     assert [axes.get_title(loc="left")[:7] for axes in figure_architectures.compose({"models": graphs}).axes] == [
         f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
     ]

@@ -1,11 +1,21 @@
-"""Figures and tables of what training costs and when it pays, from made-up measurements."""
+"""Figures and tables of costs, other software and pretrained models, from made-up and published measurements."""
 
+import numpy as np
 import pytest
 
-from paper_figures.measurements import figure_amortisation, figure_training_cost
+from experiments.places import Places
+from paper_figures.measurements import (
+    figure_amortisation,
+    figure_inverse,
+    figure_measurement_floor,
+    figure_peers,
+    figure_training_cost,
+)
+from paper_figures.style import drawing
+from paper_figures.tables import table_surrogates
 
 
-def test_amortisation_without_and_with_a_surrogate():
+def test_amortisation_and_cost_of_training():
     lines = [
         {"name": "solver, standard", "fixed_seconds": 0.0, "query_seconds": 0.01},
         {"name": "M1-concat, ONNX batch", "fixed_seconds": 1e3, "query_seconds": 0.001},
@@ -22,9 +32,6 @@ def test_amortisation_without_and_with_a_surrogate():
     assert "Trained differently from those compared: M1-concat." in text
     assert table.rows[1][-1] == "never"
     figure_amortisation.compose({**content, "lines": lines[:1], "break_even": []})
-
-
-def test_cost_of_training():
     history = {"core_minutes": [1.0, 2.0], "best_mse": [0.5, 0.5]}
     run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
     short = run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}
@@ -35,3 +42,49 @@ def test_cost_of_training():
     assert held_out == [[2.0, 4e-4], [1.0, 8e-4]]
     assert [0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]
     assert "1.5 core-minutes" in " ".join(text.get_text() for text in axes.texts)
+
+
+RUNS = [
+    ("tabor 1", "Adhesion", "128 x 128", 30.0, 1e-3),
+    ("tabor 1", "Adhesion", "32 x 32", 1.0, 1e-2),
+    ("tabor 1", "solver", "draft", 4e-3, 2e-3),
+    ("tabor 3", "closed form", "JKR", 1e-3, 0.03),
+    ("tabor 3", "paper's discretisation", "50 nodes", 1e-2, 0.1),
+    ("Hertz", "solver", "draft", 2e-3, 1e-9),
+    ("Hertz", "tamaas", "32 x 32", 2e-2, 1e-4),
+]
+CONTENT = {"host": "a processor", "packages": {"Adhesion": "0.1", "tamaas": "0.2"}, "start": 2.0}
+CONTENT["runs"] = [dict(zip(("problem", "tool", "setting", "seconds", "error"), row, strict=True)) for row in RUNS]
+
+
+def test_the_ends_of_curves_are_named_and_an_error_that_is_not_resolved_is_a_triangle():
+    drawn = figure_peers.compose(CONTENT)
+    names = {text.get_text() for axes in drawn.axes for text in axes.texts}
+    assert names == {"draft", "32×32", "128×128", "JKR"}
+    (axes,) = [
+        axes for axes in figure_peers.compose(CONTENT).axes if axes.get_title() == "compression without adhesion"
+    ]
+    solver = [line for line in axes.lines if line.get_color() == figure_peers.STYLES["solver"]["color"]]
+    assert [(line.get_marker(), line.get_markevery()) for line in solver] == [("o", []), ("v", None)]
+
+
+def test_shares_above_an_error_and_levels_that_hold_a_share():
+    kind = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
+    axes = drawing.figure(height=2.0).subplots()
+    figure_measurement_floor.draw_errors(axes, {"uniform": kind, "physical": kind})
+    assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
+    levels = figure_inverse.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
+    # 0.75 alone holds 68 %, and 95 % need the next.
+    assert levels == [0.2, 0.75]
+
+
+def test_table_of_surrogates():
+    levels = {"p50": 0.5, "p90": 2.0, "p99": 7.0}
+    banded = dict.fromkeys(("pull_off", "hysteresis", "width"), levels) | {"covered": 0.91, "covered_fast": None}
+    models = {"fast": {"paper": banded, "any": banded}, "M1-concat": {"paper": {**banded, "covered": 0.5}}}
+    del models["M1-concat"]["paper"]["covered"]
+    errors = Places().read("pretrained_errors", "table-surrogates")
+    seconds = errors["seconds"] | {"solver": {"batch": 3e-3}, "fast": {"batch": 1e-4, "single": 5e-4}}
+    first, second, third = table_surrogates.rows({"models": models, "seconds": seconds})
+    assert first == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", "", "0.5, 2", "0.100", "0.50", "30"]
+    assert (second[1], third[4], third[6]) == ("0.01 to 1", "", "")

@@ -10,7 +10,7 @@ from paper_figures.tables import table_hard_cases
 NUMBERS = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
 
 
-def test_hard_cases():
+def test_hard_cases_and_the_worst_of_their_energies():
     numbers = dict.fromkeys(NUMBERS, 0.1) | {"refined_status": "completed"}
     rows = [
         {"where": "inside", **numbers, "status": status, "change": change}
@@ -24,15 +24,12 @@ def test_hard_cases():
     assert "`make measure-soak` has not been run" in text
     named = next(line for line in text.splitlines() if "zero dwell" in line)
     assert [cell.strip() for cell in named.split("|")[6:8]] == ["5", "stopped"]
-
-
-def test_the_worst_energy_is_the_least():
     row = dict.fromkeys(NUMBERS, 1.0) | {"status": "completed", "refined_status": "completed"}
     cells = table_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
     assert cells[table_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
 
 
-def test_a_cell_of_the_map_is_the_median_of_its_trajectories():
+def test_a_cell_of_the_map_is_a_median_and_a_model_trained_differently_is_told():
     drawn = drawing.figure(height=2.0)
     axes, (low, top), (bottom, high) = drawn.subplots(), PAPER_RANGES["tabor"], PAPER_RANGES["unloading_rate"]
     protocols = {"tabor": [low, low, low, top], "unloading_rate": [high, high, high, bottom]}
@@ -40,6 +37,11 @@ def test_a_cell_of_the_map_is_the_median_of_its_trajectories():
     figure_surrogate_map.draw_map(drawn, axes, test, "tabor", "unloading_rate")
     cells = axes.collections[0].get_array()
     assert (cells[-1, 0], cells[0, -1]) == pytest.approx((2.0, 10.0))
+    case = {"index": 7, "errors": {"force": 0.1, "pull_off_force": 0.2}}
+    content = {"model": "M1-concat", "host": "h", "outdated": ["split", "recipe"], "worst": [case], "out_of_range": []}
+    table = figure_surrogate_map.worst_table(content)
+    assert list(table.rows[0]) == ["worst 1 (no. 7)", "1", "10", "20"]
+    assert "trained differently from those compared, with another split and recipe." in table.caption
 
 
 def test_the_soak_is_shown_among_the_hard_cases():
@@ -54,11 +56,3 @@ def test_the_soak_is_shown_among_the_hard_cases():
     calm = table_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
     assert "0 with a lone spike, memory" in calm
     assert "memory growth not measured" in rows[1][0]
-
-
-def test_a_map_of_a_model_that_was_trained_differently_says_so():
-    case = {"index": 7, "errors": {"force": 0.1, "pull_off_force": 0.2}}
-    content = {"model": "M1-concat", "host": "h", "outdated": ["split", "recipe"], "worst": [case], "out_of_range": []}
-    table = figure_surrogate_map.worst_table(content)
-    assert list(table.rows[0]) == ["worst 1 (no. 7)", "1", "10", "20"]
-    assert "trained differently from those compared, with another split and recipe." in table.caption

@@ -49,13 +49,10 @@ def test_what_is_published_is_drawn(name, tmp_path):
             assert all(axes.has_data() or not axes.axison for axes in product.axes)
 
 
-def test_the_tolerance_of_stand_ins_is_drawn_in_percent():
+def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplified():
     axes = drawing.figure(height=2.0).subplots()
     figure_effects.draw_stand_ins(axes, published("effects") | {"tolerance": 0.07})
     assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)
-
-
-def test_recommendations_are_counted_of_those_simplified():
     numbers = {"kept": 4, "cases": 20, "worst_error": 0.2, "simplified": 5, "by_estimate": 1, "slower": 1}
     row = {"sample": "paper", "quantity": "pull_off_force", "tolerance": 0.1, **numbers}
     row |= dict.fromkeys(("full_seconds", "ratio", "seconds"), SPREAD)

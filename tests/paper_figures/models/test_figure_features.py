@@ -55,9 +55,6 @@ def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
     assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
     assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
     assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
-
-
-def test_a_set_that_is_to_be_trained_has_a_row_without_errors():
     content = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
     rows = figure_features.features_table(content).rows
     assert [(row[0], row[2], row[3]) for row in rows] == [
@@ -65,8 +62,5 @@ def test_a_set_that_is_to_be_trained_has_a_row_without_errors():
         *((name, "uniform", "0") for name in "DEF"),
         *((name, "physical", "0") for name in "DF"),
     ]
-
-
-def test_the_page_waits_for_the_trainings_that_it_compares():
     text = figure_features.page_text(CONTENT | {"physical": {"D": trained(0.6, 0.2)}})
     assert "Not all of these are trained yet: `make feature-sets`." in text

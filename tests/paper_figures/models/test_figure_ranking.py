@@ -33,13 +33,10 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
     assert drawn.get_supxlabel() == ""
 
 
-def test_without_any_seed_both_are_made():
+def test_tables_and_what_is_made_without_any_seed():
     trained = comparison(["M1-concat"])
     figure_ranking.compose(ranking({}), trained).draw_without_rendering()
     assert table_ranking.compose(ranking({}), trained)["ranking"].rows == []
-
-
-def test_tables():
     content = ranking({"M1-concat": 3, "M2-concat": 1})
     content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
     content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}

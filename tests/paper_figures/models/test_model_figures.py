@@ -40,7 +40,7 @@ def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
     assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
 
 
-def test_figure_5_with_one_model(cracks):
+def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
     curves, sizes, energies, _ = figure_5.compose(comparison(["M1-concat"]), cracks, efficiency()).axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
@@ -51,9 +51,6 @@ def test_figure_5_with_one_model(cracks):
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
     assert "1.25 %" in energies.get_title(loc="right")
-
-
-def test_figure_5_data_efficiency(cracks):
     shares = figure_5.compose(comparison(names()), cracks, efficiency()).axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [25.0, 0.04], [75.0, 1.0 / 75.0]])
@@ -61,7 +58,7 @@ def test_figure_5_data_efficiency(cracks):
     assert [100.0, 5e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
 
 
-def test_figure_learning_curves_names_what_it_cannot_compare():
+def test_figures_of_curves_name_what_they_cannot_compare_and_draw_sets_and_shares():
     for axes in figure_learning_curves.compose(comparison(names())).axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
@@ -69,9 +66,6 @@ def test_figure_learning_curves_names_what_it_cannot_compare():
         drawn = figure_learning_curves.compose(outdated(comparison(trained), *old))
         assert [len(axes.lines) for axes in drawn.axes] == lines
         assert "trained with another recipe: " in drawn.get_supxlabel()
-
-
-def test_figure_features_draws_sets_and_shares():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     first, second = figure_features.compose({"sets": sets}, efficiency())["figure-features"].axes
     assert len(first.lines) == 8
@@ -89,7 +83,7 @@ def whiskers(axes):
     return {float(line[0][0]): sorted(line[:, 1].tolist()) for line in segments if line[0][0] == line[1][0]}
 
 
-def test_models_of_several_seeds_stand_at_their_median_with_whiskers(cracks):
+def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(cracks):
     found, spread = comparison(names()), ranking(SEEDS)
     kept = figure_mse_mae.compose(found, spread), figure_5.compose(found, cracks, efficiency(), spread)
     for axes, x, y, single in (
@@ -112,9 +106,6 @@ def test_models_of_several_seeds_stand_at_their_median_with_whiskers(cracks):
         assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
     for drawn in kept:
         assert drawn.get_supxlabel() == NOTE
-
-
-def test_learning_curves_of_several_seeds_are_a_median_in_a_band(cracks):
     found, spread = comparison(names()), ranking(SEEDS)
     kept = figure_5.compose(found, cracks, efficiency(), spread), figure_learning_curves.compose(found, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):

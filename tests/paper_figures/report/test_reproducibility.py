@@ -9,7 +9,7 @@ from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
 
 
-def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
+def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_result(tmp_path):
     """One order decided, and the others not, whatever is published by now."""
     ranked = Places().read("ranking", "docs-numbers")
     for pair in ranked["pairs"]:
@@ -20,9 +20,6 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not")
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
     assert "| not yet: 2 to train | **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
-
-
-def test_a_missing_result_names_the_command_that_makes_it(tmp_path):
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
         Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
 
