@@ -4,7 +4,7 @@ One parameter, the target relative error, sets all others: spacing at the contac
 without adhesion second), spacing elsewhere by the curvature of the traction, length of a time step (third order),
 residual of an equilibrium, extent of the mesh.
 The named accuracies are targets too. The constants were chosen by
-`python -m experiments accuracy_cost`, which measures what they give.
+`python -m experiments bench_solver`, which measures what they give.
 """
 
 from __future__ import annotations

@@ -93,16 +93,18 @@ def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
 
 
 def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
-    """Columns of random protocols: 'inside' the paper's box, 'beyond' it, or 'stiff'.
+    """Columns of random protocols: 'inside' the paper's box, 'beyond' it, 'elastic' (beyond), or 'stiff'.
 
     Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
     """
-    ranges = {"beyond": BEYOND, "stiff": STIFF}.get(where, {})
+    ranges = {"beyond": BEYOND, "elastic": BEYOND, "stiff": STIFF}.get(where, {})
     columns = Design(design, ranges).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, MODULUS_RATIO)
-    if where == "beyond":
+    if where in ("beyond", "elastic"):
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
         columns["peak_indentation"] = np.minimum(columns["peak_indentation"], DEEPEST * columns["tabor"] ** -1.5)
+    if where == "elastic":
+        columns["modulus_ratio"] = np.ones(count)
     if where == "stiff":
         rng = np.random.default_rng([seed, 2])
         columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)

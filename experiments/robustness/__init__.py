@@ -1,1 +1,1 @@
-"""How far the solver and the laboratory can be trusted: extremes, soaks, known results, intervals."""
+"""How far the solver and the laboratory can be trusted: extremes, soaks, revisions, known results, intervals."""
