@@ -114,7 +114,7 @@ def loops_text(limits: Any) -> str:
 def elastic_text(limits: Any) -> str:
     """What an elastic contact costs the first time, and again."""
     first, again = (one["seconds"] for one in limits["elastic"])
-    return f"{first:.1f} s of processor time the first time, {1e3 * again:.0f} ms afterwards in the same process"
+    return f"{1e3 * first:.0f} ms of processor time the first time, {1e3 * again:.1g} ms afterwards in the same process"
 
 
 def large_text(limits: Any) -> str:

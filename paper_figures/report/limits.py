@@ -56,9 +56,9 @@ def pretrained_text(pretrained_errors: Any) -> str:
 def vertices_text(pretrained_errors: Any) -> str:
     """Coverage and errors at the vertices of the ranges."""
     corners = {name: one["corners"] for name, one in pretrained_errors["models"].items()}
-    held = " and ".join(f"{corners[name]['covered']:.2f} for `{name}`" for name in ("accurate", "fast"))
+    held = " and ".join(f"{corners[name]['covered']:.2f} (`{name}`)" for name in ("accurate", "fast"))
     errors = ", ".join(f"{number(one['pull_off']['p90'], 2)} % ({name})" for name, one in corners.items())
     return (
-        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains {held} of the "
-        f"solver's values; the errors at the 90th percentile are {errors}"
+        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value in "
+        f"{held} of the cases; the errors at the 90th percentile are {errors}"
     )
