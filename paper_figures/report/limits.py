@@ -59,6 +59,6 @@ def vertices_text(pretrained_errors: Any) -> str:
     held = " and ".join(f"{corners[name]['covered']:.2f} (`{name}`)" for name in ("accurate", "fast"))
     errors = ", ".join(f"{number(one['pull_off']['p90'], 2)} % ({name})" for name, one in corners.items())
     return (
-        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value in "
-        f"{held} of the cases; the errors at the 90th percentile are {errors}"
+        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value "
+        f"in {held} of the cases; the errors at the 90th percentile are {errors}"
     )
