@@ -19,8 +19,6 @@ faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $
 $(foreach name,$(SETTINGS),$(if $(filter command environment,$(firstword $(origin $(name)))),$(if $(strip \
 	$(call faults,$(name),$(value $(name)))),$(error $(name) must be plain words, of $(NAMES) several and else one, without \
 	signs of the shell; received '$(strip $(value $(name)))'))))
-# Every target that `make help` lists is the name of no file.
-.PHONY: $(shell sed -nE 's/^([a-z-]+):.*  \#\# .*/\1/p' Makefile)
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -76,7 +74,6 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
 	figure-surrogate-map figure-measurement-floor figure-inverse
 COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
-.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES)
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
@@ -163,7 +160,6 @@ MODEL ?= M1-concat
 BESIDE := $(addprefix model-,paper-recipe as-worded inputs-a inputs-b inputs-c large 8-epochs 15-epochs 60-epochs)
 LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
-.PHONY: $(BESIDE)
 $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(MODEL) --label $(LABEL) $(HOW) $(TRAINING)
 	$(SUMS) $(MODELS)/$(LABEL)
@@ -231,7 +227,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem \
-	surrogate-map lab-coverage stream-latency
+	surrogate-map lab-coverage stream-latency limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements except the soak and those of other software
 
 ##@ Development
@@ -294,6 +290,10 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
+.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
+	from-scratch paper-from-scratch smoke measurements test test-slow test-newest-keras golden-trajectories lint format check-lock lock \
+	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
 help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk paper_figures/captions.toml Makefile
 help-all:  ## List every target
