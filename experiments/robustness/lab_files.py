@@ -92,6 +92,16 @@ def files_text(lab_files: Any) -> str:
     return markdown_table(header, rows, "lrrrrll")
 
 
+def limits_text(lab_files: Any) -> str:
+    """How many of the fitted curves a model is adequate to, and what their fits take."""
+    fitted = [each for entry in lab_files["files"] for each in entry["curves"] if "model" in each]
+    adequate, longest = sum(each["adequate"] for each in fitted), max(each["seconds"] for each in fitted)
+    return (
+        f"a model is adequate to {adequate} of {len(fitted)} curves of the files that ship with nanite and afmformats; "
+        f"a fit takes up to {longest:.0f} s of processor time"
+    )
+
+
 def beside_text(lab_files: Any) -> str:
     """The table of docs/nanite.md."""
     rows = []

@@ -45,6 +45,7 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
     problem.options |= {"accuracy": "draft", "budget": budget}
     points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
     best = _best_of_runs(problem, points[:_TRIED])
+    found_with = "draft", problem.stride
     with suppress(NoContactError):
         best = problem.run(best.x, _LONG, _CLOSENESS)
         # The solver's own error makes the misfit rough, and a search stops in a dent: central differences go on, and
@@ -53,6 +54,7 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
         tells = data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5
         problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / (_TIGHTER if tells else 1.0), TIGHTEST)
         best = problem.run(best.x, _LONG, _CLOSENESS)
+        found_with = problem.options["accuracy"], problem.stride
         for _ in range(_AGAIN):
             problem.options["budget"] = None
             best, lower = followed(best)
@@ -60,7 +62,8 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
             if lower is None or budget[0] < 0.0:
                 break
             best = min(best, problem.run(lower, _LONG, _CLOSENESS), key=lambda run: run.misfit)
-    problem.options["budget"] = None
+    problem.options |= {"accuracy": found_with[0], "budget": None}
+    problem.stride = found_with[1]
     # A run that spends the budget has no derivatives where it ends.
     return dataclasses.replace(problem.fitted(best.x, budget[0] >= 0.0), ends=best.ends)
 
