@@ -17,8 +17,8 @@ faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $
 	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \
 	$(filter-out 1,$(words $(if $(filter $(1),$(NAMES)),$(firstword $(2)),$(2))))
 $(foreach name,$(SETTINGS),$(if $(filter command environment,$(firstword $(origin $(name)))),$(if $(strip \
-	$(call faults,$(name),$(value $(name)))),$(error $(name) must be plain words, of $(NAMES) several and else one, without \
-	signs of the shell; received '$(strip $(value $(name)))'))))
+	$(call faults,$(name),$(value $(name)))),$(error $(name) must be $(if $(filter $(name),$(NAMES)),plain words,a plain word) without signs of the \
+	shell; received '$(strip $(value $(name)))'))))
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -204,7 +204,7 @@ STAGES := dataset models more-models feature-sets data-efficiency paper
 .NOTPARALLEL: from-scratch measurements
 from-scratch: $(STAGES:%=stage-%)
 stage-%:
-	@$(if $(filter no,$(HOURS)),echo "stage $*",$(PY) -m experiments.stages $*)
+	@$(PY) -m experiments.stages $* $(if $(filter no,$(HOURS)),--no-hours)
 	+@[ $* != paper ] || [ -f $(MEASURED)/canonical_times.json ] || $(MAKE) --no-print-directory measure-canonical-times BUSY=yes
 	+@$(MAKE) --no-print-directory $*
 SCRATCH := results/scratch

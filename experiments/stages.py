@@ -66,26 +66,29 @@ def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> t
     return (stage["estimate"] if taken is None else taken / 3600.0) / stage["jobs"], taken is not None
 
 
-def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED) -> str:
+def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED, hours: bool = True) -> str:
     """One line about a stage: its place, what it does, and its expected hours."""
+    said = f"stage {list(stages).index(name) + 1} of {len(stages)}, {name}: {stages[name]['does']}"
+    if not hours:
+        return said
     expected, measured = hours_of(name, stages, published)
     text = f"{expected:.2g} hours" if expected >= 1.0 else f"{60.0 * expected:.0f} minutes"
     text += "" if measured else " by estimate"
-    place = list(stages).index(name) + 1
-    return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, about {text}"
+    return f"{said}, about {text}"
 
 
 def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
     published: Annotated[Path, typer.Option(help="Folder of published files.")] = PUBLISHED,
+    hours: Annotated[bool, typer.Option(help="Whether to say how long a stage takes.")] = True,
 ) -> None:
     """Print what each stage does and how long it takes."""
     stages = read_stages()
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")
     for one in [name] if name else stages:
-        print(describe(one, stages, published), flush=True)
-    if name is None:
+        print(describe(one, stages, published, hours), flush=True)
+    if name is None and hours:
         total = sum(hours_of(one, stages, published)[0] for one in stages)
         print(f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run")
 
