@@ -197,7 +197,7 @@ def outcome_text(trajectory: Trajectory) -> str:
     found["stats"] = asdict(trajectory.stats)
     # As files of before, which held no others.
     usual = {"spring": None, "by_force": False, "attraction": 1.0}
-    found |= {name: value for name, most in usual.items() if (value := getattr(trajectory, name)) != most}
+    found |= {name: value for name, default in usual.items() if (value := getattr(trajectory, name)) != default}
     return json.dumps(_numbers(found), allow_nan=False, default=lambda number: number.item())
 
 

@@ -51,17 +51,16 @@ def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
     """Return one trajectory in a few lines: results, band, and errors where the solver was asked."""
     interval = band = ""
     if found.pull_off_interval is not None:
-        band = (
-            f", modulus ratio {found.modulus_ratio:g}\n  no band: outside the ranges that {found.model} was trained on"
-        )
-    if band and not found.extrapolated:
-        low, high = found.pull_off_interval
-        interval = f" ({100 * found.coverage:g} % interval {low:.5g} to {high:.5g})"
-        half = sorted(0.5 * (found.force_upper - found.force_lower))
-        band = (
-            f", modulus ratio {found.modulus_ratio:g}\n  {100 * found.coverage:g} % band of the force at each step: "
-            f"half-width {half[len(half) // 2]:.3g} in the median, {half[-1]:.3g} at most; --out and --json give it"
-        )
+        words = f"no band: outside the ranges that {found.model} was trained on"
+        if not found.extrapolated:
+            low, high = found.pull_off_interval
+            interval = f" ({100 * found.coverage:g} % interval {low:.5g} to {high:.5g})"
+            half = sorted(0.5 * (found.force_upper - found.force_lower))
+            words = (
+                f"{100 * found.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
+                f"the median, {half[-1]:.3g} at most; --out and --json give it"
+            )
+        band = f", modulus ratio {found.modulus_ratio:g}\n  {words}"
     line = (
         f"trajectory {number}: pull-off force {found.pull_off_force:.5g}{interval} at time {found.pull_off_time:.5g}, "
         f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"

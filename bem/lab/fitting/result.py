@@ -244,10 +244,9 @@ def _sentences(
             "measurement, so that no interval holds."
         )
         if windows:
-            found.append(
-                f"By Hertz on the approach the modulus runs from {readable(min(windows), 'Pa')} to "
-                f"{readable(max(windows), 'Pa')} over windows of depth."
-            )
+            low, high = readable(min(windows), "Pa"), readable(max(windows), "Pa")
+            runs = f"is {low}" if low == high else f"runs from {low} to {high}"
+            found.append(f"By Hertz on the approach the modulus {runs} over windows of depth.")
     elif best.beyond_chance:
         found.append(
             f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "

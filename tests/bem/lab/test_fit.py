@@ -256,6 +256,16 @@ def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, mo
     assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
 
 
+def test_windows_of_depth_in_which_the_modulus_ends_at_its_bound_do_not_count():
+    """A tilted baseline looks like a wide and very soft contact in windows as shallow as these."""
+    depth = np.linspace(-2e-5, 3e-7, 2000)
+    tilted = 3e-5 * (depth - depth[0]) + np.random.default_rng(1).normal(0.0, 1e-11, depth.size)
+    force = tilted + 4.0 / 3.0 * 2e3 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
+    curve = ForceCurve(time=(depth - depth[0]) / 1e-6, indentation=depth, force=force, force_sign="compression")
+    data = measurement_of(curve, Setup(radius=5e-6, work_of_adhesion=1e-5, relaxed_modulus=2e3))
+    assert windows_of_depth(data, hertz_line(data)) == []
+
+
 def test_the_ends_of_a_valley_widen_intervals_and_never_narrow_them():
     curve, setup, _ = CLASSES["hertz"](np.random.default_rng(1), noise=0.01)
     data = measurement_of(curve, setup)

@@ -1,0 +1,23 @@
+"""The numbers of docs/limits.md: whole commands, prescribed forces, and their sentences."""
+
+from experiments.measurements import limits
+
+
+def test_processor_seconds_are_those_of_the_command_alone():
+    sum(number**2 for number in range(3_000_000))  # of this process
+    assert 0.05 < limits.of_command("--version") < 2.0
+
+
+def test_a_prescribed_force_is_met():
+    assert 0.0 < limits.force_error(1, count=3) < 1e-3
+
+
+def test_what_does_not_complete_is_said_to():
+    stopped = {"seconds": 4.0, "status": "stopped at the budget"}
+    found = {
+        "large": {"elastic": {"1000.0": {"seconds": 0.1, "status": "completed"}}, "viscoelastic": {"70.0": stopped}}
+    }
+    said = limits.large_text(found)
+    assert said == ("at `draft` an elastic contact takes 0.1 s at 1000, a viscoelastic one 4.0 s at 70 (not completed)")
+    found = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
+    assert limits.elastic_text(found).startswith("50 ms of processor time the first time, 0.5 ms afterwards")
