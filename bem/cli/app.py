@@ -82,6 +82,7 @@ def simulate(
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
     """
+    from bem.film import require_film
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
 
@@ -94,6 +95,8 @@ def simulate(
         protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     for path, formats in ((plot, IMAGES), (filmstrip, IMAGES), (animate, FILMS)):
         require_suffix(path, formats)
+    if animate is not None:
+        require_film(animate)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
         profiles = FRAMES if filmstrip or animate else None
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)

@@ -37,7 +37,7 @@ def options(*extra, **changes):
 def test_simulate_with_a_radius_is_in_si(tmp_path):
     path = tmp_path / "a.csv"
     result = succeeded(app, ["simulate", *options(csv=str(path))])
-    assert "pull-off force" in result.output
+    assert "detached         no, still attached at the end" in result.output
     assert "the pull-off force depends on the effective range" in result.output
     curve = ForceCurve.read(path)
     assert 5e-6 < curve.pull_off_force < 4e-5
@@ -175,6 +175,9 @@ def test_forces_in_place_of_a_cycle(tmp_path):
     run = succeeded(app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5", "--plot", str(plot)])
     assert plot.stat().st_size > 10_000
     assert "pull-off force" in run.output
+    held = ["--times", "0,1,2", "--forces", "0,-5e-6,-5e-6", "--material", "sls:0.3", "--retardation-time", "1"]
+    assert "pull-off force   none" in succeeded(app, ["simulate", *words, *held]).output
+    assert "are the units right?" in succeeded(app, ["simulate", *words, "--modulus", "20", *held]).output
     refused = CliRunner().invoke(app, ["simulate-si", *words, "--times", "0,1"])
     assert "times and forces must be given together" in str(refused.exception)
 
