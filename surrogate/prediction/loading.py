@@ -40,7 +40,9 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     place = find_model(name, root)
     if name in BANDED or (place / "bands.npz").is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected the backend 'onnx' for {place.name}. Received: backend={backend!r}")
+            raise ValueError(
+                f"Expected the backend 'onnx' for {place.name}. Received: backend={backend!r}; its card has its errors"
+            )
         return load_banded(place, threads)
     return Surrogate(_network(place, backend, threads))
 
