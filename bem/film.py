@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.outputs import FILMS, require_suffix
 from bem.plots import COLOURS as TOOLS
 from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label
 from bem.profiles import Profiles, axis_of_phases, moments, shares_of_phases
@@ -41,7 +42,7 @@ def write_film(trajectory: Any, path: str | Path) -> None:
     from matplotlib.figure import Figure
 
     profiles = _profiles_of(trajectory)
-    suffix = require_film(path)
+    require_film(path)
     figure = Figure(figsize=(7.2, 3.0), layout="constrained")
     contact, history = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     _draw_history(history, trajectory)
@@ -59,18 +60,15 @@ def write_film(trajectory: Any, path: str | Path) -> None:
     frame(0)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # it would arrange every frame anew
-    writer = PillowWriter(PER_SECOND) if suffix == ".gif" else FFMpegWriter(PER_SECOND)
+    writer = PillowWriter(PER_SECOND) if Path(path).suffix == ".gif" else FFMpegWriter(PER_SECOND)
     FuncAnimation(figure, frame, len(profiles)).save(path, writer=writer, dpi=RESOLUTION)
 
 
-def require_film(path: str | Path) -> str:
-    """The format of a film's file; ValueError where it is unknown, or needs ffmpeg, which is not installed."""
-    suffix = Path(path).suffix
-    if suffix not in (".gif", ".mp4"):
-        raise ValueError(f"a film's file must end in .gif or .mp4; received {str(path)!r}")
-    if suffix == ".mp4" and not shutil.which("ffmpeg"):
+def require_film(path: str | Path | None) -> None:
+    """Raise ValueError where a film's file is neither .gif nor .mp4, or is .mp4 and ffmpeg is not installed."""
+    require_suffix(path, FILMS)
+    if path is not None and Path(path).suffix == ".mp4" and not shutil.which("ffmpeg"):
         raise ValueError(f"an .mp4 file needs ffmpeg, which is not installed; a .gif does not; received {str(path)!r}")
-    return suffix
 
 
 def draw_filmstrip(trajectory: Any) -> Figure:

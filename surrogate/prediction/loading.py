@@ -41,7 +41,7 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     if name in BANDED or (place / "bands.npz").is_file():
         if backend != "onnx":
             raise ValueError(
-                f"Expected the backend 'onnx' for {place.name}. Received: backend={backend!r}; its card has its errors"
+                f"Expected the backend 'onnx' for {name}, whose card has its errors. Received: {backend!r}"
             )
         return load_banded(place, threads)
     return Surrogate(_network(place, backend, threads))

@@ -101,7 +101,7 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhes
 def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="needs profiles: pass profiles=80"):
         dataclasses.replace(trajectory, profiles=None).animate(tmp_path / "contact.gif")
-    with pytest.raises(ValueError, match=r"must end in .gif or .mp4; received"):
+    with pytest.raises(ValueError, match=r"called .gif or .mp4; received"):
         trajectory.animate(tmp_path / "contact.avi")
     monkeypatch.setenv("PATH", "")
     with pytest.raises(ValueError, match="file needs ffmpeg"):
