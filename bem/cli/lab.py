@@ -206,7 +206,7 @@ def fit_curve(
 
 
 def fit_curves(
-    curves: Annotated[list[Path], typer.Argument(help="Files of force curves, such as a force map.")],
+    curves: Annotated[list[Path], typer.Argument(help="Files that afmformats reads, such as force maps.")],
     radius: Radius,
     out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
     plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,
