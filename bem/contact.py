@@ -156,7 +156,7 @@ class Contact:
         """
         if (indentation is None) == (force is None):
             raise ValueError(
-                "advance takes an indentation or a force, not both; received "
+                "advance takes either an indentation or a force; received "
                 f"indentation={shown(indentation)}, force={shown(force)}"
             )
         name, value = ("indentation", indentation) if force is None else ("force", force)

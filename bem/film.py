@@ -6,11 +6,13 @@ pushes, red pulls. The axis of time gives every phase of the protocol its own wi
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.outputs import FILMS, require_suffix
 from bem.plots import COLOURS as TOOLS
 from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label
 from bem.profiles import Profiles, axis_of_phases, moments, shares_of_phases
@@ -23,7 +25,7 @@ SURFACES = {"sphere": "0.75", "solid": "#F3E3C3"}
 COLOURS, SHARE = "RdBu_r", 0.98
 """Colour map of traction; share of the nodes whose tractions its range must hold."""
 WIDER = 1.35  # largest radius drawn, over the largest contact radius
-PER_SECOND, RESOLUTION = 20, 90
+PER_SECOND, RESOLUTION, NO_TRACTION = 20, 90, 1e-3
 
 
 def write_film(trajectory: Any, path: str | Path) -> None:
@@ -40,11 +42,7 @@ def write_film(trajectory: Any, path: str | Path) -> None:
     from matplotlib.figure import Figure
 
     profiles = _profiles_of(trajectory)
-    suffix = Path(path).suffix
-    if suffix not in (".gif", ".mp4"):
-        raise ValueError(f"a film's file must end in .gif or .mp4; received {str(path)!r}")
-    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise ValueError(f"an .mp4 file needs ffmpeg, which is not installed; a .gif does not; received {str(path)!r}")
+    require_film(path)
     figure = Figure(figsize=(7.2, 3.0), layout="constrained")
     contact, history = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     _draw_history(history, trajectory)
@@ -62,8 +60,15 @@ def write_film(trajectory: Any, path: str | Path) -> None:
     frame(0)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # it would arrange every frame anew
-    writer = PillowWriter(PER_SECOND) if suffix == ".gif" else FFMpegWriter(PER_SECOND)
+    writer = PillowWriter(PER_SECOND) if Path(path).suffix == ".gif" else FFMpegWriter(PER_SECOND)
     FuncAnimation(figure, frame, len(profiles)).save(path, writer=writer, dpi=RESOLUTION)
+
+
+def require_film(path: str | Path | None) -> None:
+    """Raise ValueError where a film's file is neither .gif nor .mp4, or is .mp4 and ffmpeg is not installed."""
+    require_suffix(path, FILMS)
+    if path is not None and Path(path).suffix == ".mp4" and not shutil.which("ffmpeg"):
+        raise ValueError(f"an .mp4 file needs ffmpeg, which is not installed; a .gif does not; received {str(path)!r}")
 
 
 def draw_filmstrip(trajectory: Any) -> Figure:
@@ -133,16 +138,16 @@ class _View:
         low, high = np.nanmin(self.surface[seen], initial=0.0), np.nanmax(self.surface[seen], initial=0.0)
         self.low, self.high = low - 0.35 * (high - low + 1.0), max(high, float(np.nanmin(self.sphere[0]))) + 1.5
         largest = np.nanquantile(profiles.traction[seen], SHARE), -np.nanquantile(profiles.traction[seen], 1.0 - SHARE)
-        self.norm = TwoSlopeNorm(0.0, -max(largest[1], 1e-3), max(largest[0], 1e-3))
+        self.norm = TwoSlopeNorm(0.0, -max(largest[1], NO_TRACTION), max(largest[0], NO_TRACTION))
 
     def add_bar(self, figure: Figure, axes: Any) -> None:
         """Add the bar of colours beside the axes."""
         from matplotlib.cm import ScalarMappable
 
         bar = figure.colorbar(ScalarMappable(self.norm, COLOURS), ax=axes, aspect=14, pad=0.01)
-        bar.set_ticks(
-            [self.norm.vmin, 0.0, self.norm.vmax], labels=[f"{self.norm.vmin:.2g}", "0", f"{self.norm.vmax:.2g}"]
-        )
+        # An end without traction, such as tension without adhesion, has no number.
+        ticks = [end for end in (self.norm.vmin, 0.0, self.norm.vmax) if abs(end) != NO_TRACTION]
+        bar.set_ticks(ticks, labels=[f"{tick:.2g}" for tick in ticks])
         bar.ax.tick_params(labelsize=7)
         bar.set_label(r"traction $\sigma h_0/\Delta\gamma$", fontsize=8)
 
@@ -160,7 +165,7 @@ class _View:
         height = self.profiles.height(self.profiles.indentation[number], radius)
         surface = np.pad(surface, beyond.size, mode="edge")
         traction = np.pad(traction, beyond.size)
-        axes.fill_between(radius, height, self.high + height.max(), color=SURFACES["sphere"], linewidth=0.0)
+        axes.fill_between(radius, height, np.maximum(height, self.high), color=SURFACES["sphere"], linewidth=0.0)
         axes.fill_between(radius, surface, self.low, color=SURFACES["solid"], linewidth=0.0)
         points = np.stack([radius, surface], axis=1)
         line = LineCollection(

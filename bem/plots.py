@@ -132,7 +132,7 @@ def draw_trajectory(trajectory: Any, title: str = "") -> Figure:
     if trajectory.time.size == 0:
         raise ValueError(f"a plot needs a trajectory that was started; received status {trajectory.status!r}")
     top = None
-    if np.isfinite(trajectory.pull_off_force):
+    if trajectory.pull_off_force > 0.0:
         at, largest = trajectory.pull_off_time, trajectory.pull_off_force
         words = f"{'pull-off' if trajectory.detached else 'not detached; largest tension'} {largest:.4g}"
         depth = float(trajectory.indentation[trajectory.time.searchsorted(at)])
@@ -160,10 +160,16 @@ def phases_label(trajectory: Any) -> str:
 
 
 def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] | None = None) -> None:
-    """Give an axis of time the instants at which the phases begin; where there are many, some of them."""
-    every = -(-len(corners) // 9)
+    """Give an axis of time the instants at which the phases begin, some of many; of a single phase round ones."""
+    from matplotlib.ticker import MaxNLocator
+
+    shown = corners[:: -(-len(corners) // 9)]
+    if len(corners) == 2:  # one phase, to scale
+        ticks = MaxNLocator(5).tick_values(*corners)
+        shown = ticks[(ticks >= corners[0]) & (ticks <= corners[1])]
+    texts = [f"{one:.3g}" for one in shown]
     axes.set_xticks(
-        places_of(corners)[::every], [written(one) if written else f"{one:.3g}" for one in corners[::every]]
+        np.interp(shown, corners, places_of(corners)), [written(float(text)) for text in texts] if written else texts
     )
     axes.grid(axis="x", color="0.9", linewidth=0.8)
 

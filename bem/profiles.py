@@ -135,7 +135,7 @@ def moments(trajectory: Any) -> dict[str, float]:
     found["pressed"] = time[np.argmin(trajectory.force)]
     if trajectory.unloading.any():
         found["relaxed"] = time[np.argmax(trajectory.unloading)]
-    if np.isfinite(trajectory.pull_off_time):
+    if trajectory.pull_off_force > 0.0:
         found["pull-off" if trajectory.detached else "largest tension"] = trajectory.pull_off_time
     found["released" if trajectory.detached else "end"] = time[-1]
     first = {float(at): name for name, at in reversed(found.items())}  # of two at one instant, the former

@@ -12,7 +12,7 @@ import typer
 
 from bem import __version__
 from bem._support.command_line import add_version, parse_accuracy, run_command
-from bem._support.outputs import FILMS, IMAGES, Outputs, require_suffix
+from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem.cli import lab
 from bem.cli.arguments import (
     Adhesion,
@@ -82,6 +82,7 @@ def simulate(
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
     """
+    from bem.film import require_film
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
 
@@ -92,8 +93,9 @@ def simulate(
         protocol = ForceProtocol(parse_numbers("times", times), parse_numbers("forces", forces))
     else:
         protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
-    for path, formats in ((plot, IMAGES), (filmstrip, IMAGES), (animate, FILMS)):
-        require_suffix(path, formats)
+    require_suffix(plot, IMAGES)
+    require_suffix(filmstrip, IMAGES)
+    require_film(animate)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
         profiles = FRAMES if filmstrip or animate else None
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)

@@ -19,6 +19,7 @@ from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
 from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
+from bem.cli.summary import STILL_ATTACHED
 
 MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
@@ -137,12 +138,16 @@ def simulate_si(
         typer.echo(f"bem: {warning.message}", err=True)
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
-        "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.tension.max() > 0.0 else "none",
+        "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.pull_off_force > 0.0 else "none",
         "indentation": f"{readable(float(curve.indentation.max()), 'm')} at most",
         "compression": readable(-float(curve.tension.min()), "N") if curve.tension.min() < 0.0 else "none",
         "contact radius": f"{readable(float(curve.contact_radius.max()), 'm')} at most",
         "duration": readable(float(curve.time[-1]), "s"),
     }
+    if curve.pull_off_force > 0.0 and not curve.detached:
+        lines["detached"] = f"no, {STILL_ATTACHED}"
+    if curve.contact_radius.max() > setup.radius:
+        lines["contact radius"] += ", more than the radius: no theory of a half-space holds; are the units right?"
     if setup.range_is_effective:
         lines["effective range"] = f"{readable(setup.gap, 'm')}, Tabor parameter {setup.tabor:.3g}"
     typer.echo("\n".join(f"{name:16} {text}" for name, text in lines.items()))
@@ -201,7 +206,7 @@ def fit_curve(
 
 
 def fit_curves(
-    curves: Annotated[list[Path], typer.Argument(help="Files of force curves, such as a force map.")],
+    curves: Annotated[list[Path], typer.Argument(help="Files that afmformats reads, such as force maps.")],
     radius: Radius,
     out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
     plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,

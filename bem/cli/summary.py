@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-MOST_FORCES = 8
+MOST_FORCES = 4
 """Forces named in a title, which has to fit over the picture."""
 STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
 
@@ -19,7 +19,7 @@ def title(scene: Any, protocol: Any) -> str:
         material += f" of modulus ratio {scene.material.modulus_ratio:g}"
     contact = f"Tabor parameter {scene.tabor:g}, {material}"
     if not hasattr(protocol, "peak_indentation"):
-        forces = [f"{force:g}" for force in protocol.forces]
+        forces = [f"{force:g} at {time:g}" for time, force in zip(protocol.times, protocol.forces, strict=True)]
         more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
         return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
     return (
@@ -56,13 +56,15 @@ def readable(trajectory: Any) -> str:
     lines = [f"status           {trajectory.status}"]
     if trajectory.completed:
         lines += [
-            f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}",
+            f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}"
+            if trajectory.pull_off_force > 0.0
+            else "pull-off force   none",
             f"max compression  {trajectory.max_compression:.5g}",
             f"hysteresis       {trajectory.hysteresis:.5g}",
             f"work             {work_words(trajectory)}",
             f"end force        {trajectory.end_force:.5g}",
         ]
-        if not trajectory.detached:
+        if trajectory.pull_off_force > 0.0 and not trajectory.detached:
             lines.append(f"detached         no, {STILL_ATTACHED}")
     lines += [
         f"jump             at indentation {jump.indentation:.5g}{moved_words(jump)}: "

@@ -110,6 +110,11 @@ class ForceCurve(Tabular):
         return float(np.max(self.tension[int(np.argmax(self.indentation)) :]))
 
     @property
+    def detached(self) -> bool:
+        """Whether the contact is known to have ended by the last point."""
+        return self.contact_radius is not None and bool(self.contact_radius[-1] == 0.0)
+
+    @property
     def hysteresis(self) -> float:
         """Area |closed integral of force d(indentation)| of the loop, in J."""
         return abs(float(0.5 * (self.force[1:] + self.force[:-1]) @ np.diff(self.indentation)))
@@ -172,14 +177,14 @@ class ForceCurve(Tabular):
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
-        detached = self.contact_radius is not None and self.contact_radius[-1] == 0.0
         largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
-        words = f"{'pull-off' if detached else 'largest tension'} {largest}"
-        top = Top(self.time[at], self.indentation[at], self.force[at], words, detached)
-        labels = {"time": f"time{STRETCHED}", "indentation": "indentation"}
+        words = f"{'pull-off' if self.detached else 'largest tension'} {largest}"
+        top = Top(self.time[at], self.indentation[at], self.force[at], words, self.detached)
+        labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}
         shown = {name: columns[name].values for name in labels}
-        return draw_curve(shown, corners, labels, over_time=over_time, top=top, units=units.__getitem__)
+        marked = top if self.tension[at] > 0.0 else None
+        return draw_curve(shown, corners, labels, over_time=over_time, top=marked, units=units.__getitem__)
 
     def write(self, path: str | Path) -> None:
         """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.

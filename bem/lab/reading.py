@@ -94,7 +94,7 @@ def read(
                 raise
         else:
             found["force"] = found["force"] if force_sign == "compression" else -found["force"]
-            return AfmCurve(found, spring).columns(rate, where, force_sign)
+            curves = [AfmCurve(found, spring)]
     if number is None and len(curves) > 1:
         raise ValueError(
             f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "

@@ -37,8 +37,8 @@ class TractionLaw(ABC):
     """A law other than Lennard-Jones; a subclass is a frozen dataclass with what follows, which a `Scene` checks.
 
     From the gap `breaks[0]` to `breaks[-1]` the subclass gives the traction; beyond there is none. Below, where
-    surfaces press on each other, it is that of Lennard-Jones: `steepness` times the slope, and the same traction as the
-    subclass at `breaks[0]`, which lies on the rising part of the law.
+    surfaces press on each other, it is that of Lennard-Jones in the scales of `repulsion`, which give the traction and
+    the slope of the subclass at `breaks[0]`, on the rising part of the law.
     """
 
     breaks: ClassVar[tuple[float, ...]]

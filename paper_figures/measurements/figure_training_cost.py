@@ -35,7 +35,7 @@ def compose(training_cost: Any) -> Figure:
     for run in [*references, *content["beside"]]:
         at = (run["core_minutes"], run["test_mse"])
         axes.loglog(*at, label="held-out, end of a run", zorder=4, **models_style.marker(REFERENCE))
-        words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
+        words = run["name"].removeprefix(REFERENCE).replace("-paper", "-paper's recipe").replace("-", " ").strip()
         # Names of trainings that took no longer than the reference are to the left, the others to the right.
         shift, side = (-5, "right") if words and run["core_minutes"] <= longest_left else (5, "left")
         look = {"ha": side, "va": "center", "bbox": LEGIBLE, "zorder": 3.5}
@@ -51,7 +51,7 @@ def compose(training_cost: Any) -> Figure:
     frame = {"frameon": True, "framealpha": 1.0, "edgecolor": "none"}
     axes.legend(unique.values(), unique.keys(), loc="lower left", **frame)
     low, high = axes.get_ylim()
-    axes.set_xlim(right=3.0 * axes.get_xlim()[1])
+    axes.set_xlim(right=4.0 * axes.get_xlim()[1])
     axes.set(xlabel="training (core-minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
     if absent := [*training_cost["missing"], *training_cost["outdated"]]:
         drawn.suptitle(f"not published yet: {', '.join(absent)}", color="0.4")

@@ -10,7 +10,7 @@ from paper_figures.style.writing import Table, caption, number, percent
 
 COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Sample": lambda row: row["sample"],
-    "Quantity": lambda row: row["quantity"].replace("_", " "),
+    "Quantity": lambda row: row["quantity"].replace("pull_off_", "pull-off "),
     "Tolerance (%)": lambda row: percent(row["tolerance"], 3),
     "Simplified": lambda row: f"{row['simplified']} of {row['cases']}",
     "Kept of those simplified": lambda row: f"{row['kept']} of {row['simplified']}",

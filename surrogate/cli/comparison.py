@@ -162,8 +162,9 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
             first = number == 0
             # Wide and light, so that it shows beside the solver's dashes where the two agree.
             colour = colours[number % len(colours)]
-            label_once = found.model if first else None
-            axes.plot(across(found, quantity), found.force, color=colour, alpha=0.6, linewidth=2.5, label=label_once)
+            named = found.model if len(shown) == 1 else f"{found.model}, trajectory {number}"
+            style = {"color": colour, "alpha": 0.6, "linewidth": 2.5}
+            axes.plot(across(found, quantity), found.force, **style, label=named if number < len(colours) else None)
             if quantity == "time" and found.force_lower is not None and not found.extrapolated:
                 band = (across(found, quantity), found.force_lower, found.force_upper)
                 axes.fill_between(*band, color=colour, alpha=0.25, linewidth=0)

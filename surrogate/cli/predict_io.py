@@ -9,11 +9,11 @@ Input, as CSV with a header or as JSON:
   `force`, `force_lower`, `force_upper`, `solver_force`, `modulus_ratio`, `phase` and `trajectory`, which this command
   and the demonstrator write, are ignored, but the file must hold one trajectory only.
 
-Output: of protocols, CSV with a row of each: the input, the scalars, of a pretrained model `pull_off_lower` and
-`pull_off_upper`, and errors against the solver in columns `check_...`. Of steps, CSV with the columns `trajectory,
-time, indentation, force`, of a pretrained model `force_lower` and `force_upper`, which are empty outside its training,
-and, after a check with the solver, `solver_force`, which is empty after the end of an unfinished simulation; or JSON, a
-list of objects with scalars and arrays. Numbers have full precision.
+Output: of protocols, CSV with a row of each: the input, the scalars, of a pretrained model the ends of its intervals,
+`pull_off_lower` to `hysteresis_upper`, and errors against the solver in columns `check_...`. Of steps, CSV with the
+columns `trajectory, time, indentation, force`, of a pretrained model `force_lower` and `force_upper`, which are empty
+outside its training, and, after a check with the solver, `solver_force`, which is empty after the end of an
+unfinished simulation; or JSON, a list of objects with scalars and arrays. Numbers have full precision.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from bem.dataset.designs import QUANTITIES
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from surrogate.cli.comparison import Answer
+from surrogate.prediction.predicted import INTERVALS
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
 MODULUS_RATIO = "modulus_ratio"
-INTERVAL = "pull_off_interval"
 BAND = ("force_lower", "force_upper")
 READ_OVER = ("force", *BAND, "solver_force", MODULUS_RATIO, "phase", TRAJECTORY)
 WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
@@ -164,7 +164,9 @@ def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequenc
         row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **found.summary()}
         row["extrapolated"] = "; ".join(found.extrapolated)
         if found.pull_off_interval is not None:
-            row |= zip(("pull_off_lower", "pull_off_upper"), row.pop(INTERVAL, (None, None)), strict=True)
+            for name in INTERVALS:  # empty outside the training
+                ends = (name.replace("interval", end) for end in ("lower", "upper"))
+                row |= zip(ends, row.pop(name, (None, None)), strict=True)
         rows.append(plain(row | {f"check_{name}": value for name, value in (answer.check or {}).items()}))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")

@@ -49,7 +49,8 @@ def model_table(roots: Sequence[Path]) -> str:
     rows = sorted(found.values(), key=lambda row: float(row[2]))
     rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
-    lines = ["Errors over each model's own held-out trajectories:" if found else "No model is published here."]
+    title = "Errors over each model's own held-out trajectories, without `fast` and `accurate`, which know any solid:"
+    lines = [title if found else "No model is published here."]
     for row in (COLUMNS, *rows):
         numbers = zip(row[1:-1], widths[1:-1], strict=True)
         cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in numbers), row[-1]]

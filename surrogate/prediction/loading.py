@@ -40,7 +40,7 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     place = find_model(name, root)
     if name in BANDED or (place / "bands.npz").is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected the backend 'onnx' for {place.name}. Received: backend={backend!r}")
+            raise ValueError(f"Expected the backend 'onnx' for {name}, whose card has errors. Received: {backend!r}")
         return load_banded(place, threads)
     return Surrogate(_network(place, backend, threads))
 

@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 import bem
-from bem import Elastic, HardContact, LoadingProtocol, Scene, StandardLinearSolid
+from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid
 from bem.discretisation.influence import influence_matrix
-from bem.film import draw_filmstrip
+from bem.film import draw_filmstrip, require_film
 from bem.profiles import moments
 from bem.tractions import traction
 
@@ -84,14 +84,25 @@ def test_the_film_has_a_frame_for_each_profile(tmp_path):
         assert film.n_frames == 2
 
 
-def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory):
+@pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
+def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhesion):
+    if isinstance(adhesion, HardContact):
+        trajectory = bem.simulate(Scene(1.0, StandardLinearSolid(0.1), adhesion), PROTOCOL, "draft", profiles=30)
     figure = draw_filmstrip(trajectory)
-    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
-    assert [title.split("  ")[1] for title in titles] == list(moments(trajectory))
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    assert [axes.get_title().split("  ")[1] for axes in panels] == list(moments(trajectory))
+    for axes in panels:  # also where the whole sphere lies below the top
+        assert axes.collections[0].get_paths()[0].vertices[:, 1].max() >= axes.get_ylim()[1]
+    adheres = isinstance(adhesion, LennardJones)
+    assert ("pull-off" in moments(trajectory)) == adheres
+    assert [float(tick.get_text()) > 0.0 for tick in figure.axes[-1].get_yticklabels()][2:] == [True] * adheres
 
 
-def test_what_is_no_film_is_refused(trajectory, tmp_path):
+def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="needs profiles: pass profiles=80"):
         dataclasses.replace(trajectory, profiles=None).animate(tmp_path / "contact.gif")
-    with pytest.raises(ValueError, match=r"must end in .gif or .mp4; received"):
+    with pytest.raises(ValueError, match=r"called .gif or .mp4; received"):
         trajectory.animate(tmp_path / "contact.avi")
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(ValueError, match="file needs ffmpeg"):
+        require_film("contact.mp4")

@@ -42,6 +42,10 @@ def test_under_a_prescribed_force_the_indentation_is_drawn_over_time():
     history, loop = draw_trajectory(trajectory).axes
     np.testing.assert_allclose(history.lines[1].get_ydata().max(), trajectory.indentation.max())
     assert "indentation" in history.get_ylabel()
+    np.testing.assert_allclose(
+        history.get_xticks() * 2.0, [float(tick.get_text()) for tick in history.get_xticklabels()]
+    )
+    assert len(history.get_xticks()) > 3
     assert "force" in loop.get_ylabel()
     np.testing.assert_allclose(np.nanmin(loop.lines[1].get_ydata()), -5.0, rtol=1e-3)
 

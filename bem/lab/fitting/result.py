@@ -129,13 +129,13 @@ class FitResult:
         loop.axhline(offset or 0.0, color="0.8", linewidth=0.8, label=None if offset is None else "force offset")
         loop.set(xlabel="indentation", ylabel=f"force, {measured.force_sign} positive")
         loop.xaxis.set_major_formatter(EngFormatter("m"))
-        loop.xaxis.set_major_locator(MaxNLocator(5))
-        loop.legend(frameon=False)
+        loop.legend(edgecolor="none")  # no line runs through its words
         history.axhline(0.0, **ZERO)
         history.plot(measured.time, self.residuals, ".", color="0.4", markersize=3)
         history.set(xlabel="time", ylabel="model minus measurement, in tension")
         history.xaxis.set_major_formatter(EngFormatter("s"))
         for axes in (loop, history):
+            axes.xaxis.set_major_locator(MaxNLocator(5))
             axes.yaxis.set_major_formatter(EngFormatter("N"))
             axes.spines[["top", "right"]].set_visible(False)
         figure.savefig(path, dpi=150)

@@ -65,6 +65,10 @@ def test_a_contact_that_did_not_come_off_is_named():
     assert "detached         no, still attached at the end: the pull-off force is the largest so far" in result.stdout
 
 
+def test_without_tension_there_is_no_pull_off_force():
+    assert "pull-off force   none" in invoke(adhesion="none").stdout.splitlines()
+
+
 def test_negative_work_never_reads_as_dissipation():
     def work_line(force):
         loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])

@@ -81,6 +81,8 @@ def test_approach_and_retract_may_be_two_files_and_time_may_be_a_speed(tmp_path,
         ForceCurve.read(path)
     with pytest.raises(ValueError, match="the files of one curve must be different"):
         ForceCurve.read([path, tmp_path / "." / "3.csv"])
+    with pytest.raises(ValueError, match="from 0 to 0; received 3"):
+        ForceCurve.read(one, number=3)
     with pytest.raises(ValueError, match=r"the same columns; received .*3\.csv with force, indentation"):
         ForceCurve.read([one, path])
 

@@ -10,6 +10,7 @@ import surrogate
 from bem import LoadingProtocol
 from surrogate import ExtrapolationWarning
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
+from surrogate.prediction.predicted import INTERVALS
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL
 
@@ -48,24 +49,24 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
 
 
 def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
-    ratios = [0.1, 0.005, 0.7, 0.004]
+    ratios = [0.005, 0.1, 0.004, 0.7]
     (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
     code, out, err = program("predict", "fast", *words, "--check")
     assert (code, out.count("\n"), err.count("\n")) == (0, 1, 1)
-    assert "2 of 4 trajectories extrapolate; trajectory 1 extrapolates: modulus_ratio = 0.005" in err
+    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio = 0.005" in err
     with (tmp_path / "table.csv").open(newline="") as file:
         table = list(csv.DictReader(file))
     expected = surrogate.load("fast").predict(scenes(1.0, [0.1, 0.7]), LoadingProtocol(**PROTOCOL))
     assert [float(row["modulus_ratio"]) for row in table] == ratios
-    assert [bool(row["extrapolated"]) for row in table] == [False, True, False, True]
-    for row, one in zip(table[::2], expected, strict=True):
+    assert [bool(row["extrapolated"]) for row in table] == [True, False, True, False]
+    for row, one in zip(table[1::2], expected, strict=True):
         assert float(row["pull_off_force"]) == pytest.approx(one.pull_off_force, rel=1e-6)
-        assert (float(row["pull_off_lower"]), float(row["pull_off_upper"])) == pytest.approx(
-            one.pull_off_interval, rel=1e-6
-        )
+        for name in INTERVALS:
+            ends = [float(row[name.replace("interval", end)]) for end in ("lower", "upper")]
+            assert ends == pytest.approx(getattr(one, name), rel=1e-6)
         assert float(row["check_pull_off_percent"]) < 20.0
-    assert table[1]["pull_off_lower"] == ""
+    assert table[0]["pull_off_lower"] == table[0]["hysteresis_upper"] == ""
 
 
 def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):

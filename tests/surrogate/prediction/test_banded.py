@@ -144,7 +144,7 @@ def test_load_finds_it_by_name_and_by_its_folder(untrained):
     assert surrogate.load(untrained).name == "fast"
     with pytest.raises(FileNotFoundError, match=r"pretrained model accurate in .*`make pretrained` trains it"):
         surrogate.load("accurate", untrained.parent)
-    with pytest.raises(ValueError, match=r"Expected the backend 'onnx' for fast. Received: backend='keras'"):
+    with pytest.raises(ValueError, match="Expected the backend 'onnx' for fast, whose card has errors"):
         surrogate.load("fast", untrained.parent, backend="keras")
 
 
