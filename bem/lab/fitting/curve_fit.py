@@ -24,7 +24,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
-from bem.lab.fitting.simulated import bias_of_range, memories, search
+from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
 from bem.lab.models import CONTACT_POINT, LADDER, Model, setup_of
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -40,7 +40,9 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
-_ONE_WAY = ("dmt", "jkr", "ting", "ting_power_law")  # the first two are alike on any curve
+_CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
+_TWINS = ("dmt", "jkr")
+_ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
 
@@ -109,7 +111,7 @@ def fit(
     hertz = best
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
-    zero = hertz.criterion(best.independent) < best.criterion(best.independent)
+    zero = hertz.criterion(best) < best.criterion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
     result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
@@ -195,14 +197,16 @@ class Climb:
         best = self.best()
         # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
-        if best.misfit > CLEAN and adheres:
+        if adheres:
             self.rung("maugis")
         relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
         if self.data.one_way and best.model.adhesive:
             self.rung("ting")
             self.rung("ting_power_law")
-        elif relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
-            self.rung("ting_power_law")
+        elif relaxes:
+            self.rung("ting")
+            if not (adheres and self.best().model.adhesive):
+                self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
@@ -212,21 +216,26 @@ class Climb:
     def best(self) -> Fitted:
         """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
         closest = self._closest()
-        best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
+        best = min(self.fits.values(), key=lambda each: each.criterion(closest))
         if not best.adequate:
             return closest
-        if sum(each.model.name in _ONE_WAY[:2] for each in (best, *self.alike(best))) < 2 or not best.model.adhesive:
+        if len({each.model.name for each in (best, *self.alike(best))} & set(_TWINS)) < 2 or best.model.name not in _TWINS:
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = setup_of(best.values, self.data.path.setup).physical_tabor
         return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that the criterion does not tell from the best: DMT and JKR; one way, adhesion and relaxation too."""
-        names, independent = _ONE_WAY if self.data.one_way else _ONE_WAY[:2], self._closest().independent
+        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better."""
+        judge = self._closest()
+        families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
+        names = next((each for each in families if best.model.name in each), ())
+        # The other two are limits of Maugis' model, which is therefore never far from them: the range of forces decides.
+        between = 0.1 < setup_of(best.values, self.data.path.setup).physical_tabor < 5.0
+        more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
         others = [each for name, each in self.fits.items() if name in names and each is not best]
-        most = best.criterion(independent) + _ALIKE
-        return tuple(each for each in others if best.model.name in names and each.criterion(independent) < most)
+        least = best.criterion(judge)
+        return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
 
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
@@ -252,6 +261,7 @@ class Climb:
             found = search(problem, starts, self.accuracy)
         else:
             found = problem.run(np.zeros(len(nonlinear)))
+            found = followed(found)[0] if name == "maugis" else found
         self.fits[name] = found
         self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
         return found

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.fft import idct
 from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
@@ -27,6 +29,8 @@ _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
 _ORDERS = 10  # of the autoregressive model of residuals
+LEAST = 0.01  # sum of the weights that whiten noise
+_SLOWEST = 16  # cosines: more see less of noise that grows towards low frequencies, fewer widen every interval
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
 
@@ -110,7 +114,12 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     quiet = int(_FAR * first)
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
     rest = tension[:quiet] - line(place[:quiet])
-    noise, correlated = (float(np.std(rest)), inflation(rest)) if quiet >= 8 else (noise_of(tension), 1.0)
+    noise, correlated = (float(np.std(rest)), 1.0) if quiet >= 8 else (noise_of(tension), 1.0)
+    if quiet > _SLOWEST:
+        basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, quiet), 2))[0]
+        weights = whitening(rest)
+        slow = slow_noise(rest, basis, weights)[0] / max(weights.sum(), LEAST) ** 2
+        correlated = max(slow / max(noise, 1e-300) ** 2, 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
     baseline = float(np.median(tension[:first]))
     jumps = _jumps(time, tension, top, leaves, baseline)
@@ -128,27 +137,39 @@ def _in_steps_of_a_solver(time: FloatArray) -> bool:
     return bool(np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps))
 
 
-def inflation(residuals: FloatArray) -> float:
-    """Variance of a sum of residuals over that of independent ones, at least 1.
+def whitening(residuals: FloatArray) -> FloatArray:
+    """Weights of a residual and those before it whose sum is independent noise: of an autoregressive model.
 
-    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
-    criterion prefers.
+    Yule and Walker's, of the order that the Bayesian criterion prefers.
     """
     count = residuals.size
     centred = residuals - residuals.mean()
     covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
-    if not covariance[0] > 0.0:
-        return 1.0
-    best, found = count * np.log(covariance[0]), 1.0
-    for order in range(1, covariance.size):
+    best, found = count * np.log(max(covariance[0], 1e-300)), np.ones(1)
+    for order in range(1, covariance.size if covariance[0] > 0.0 else 1):
         weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
         rest = covariance[0] - weights @ covariance[1 : order + 1]
         if not rest > 1e-9 * covariance[0]:
             break
         criterion = count * np.log(rest) + order * np.log(count)
         if criterion < best:
-            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
-    return max(float(found), 1.0)
+            best, found = criterion, np.append(1.0, -weights)
+    return found
+
+
+def slow_noise(residuals: FloatArray, basis: FloatArray, weights: FloatArray) -> tuple[float, float]:
+    """Variance of whitened noise at the lowest frequencies, where parameters act, and its degrees of freedom.
+
+    The mean square of `_SLOWEST` cosines over the curve (Mueller, J. Econometrics 141 (2007) 1331), after what a fit by
+    orthonormal columns `basis` (n, m) has taken up of the residuals (n,) is given back.
+    """
+    cosines = idct(np.eye(residuals.size, _SLOWEST, -1), axis=0, norm="ortho")
+    found = cosines.T @ lfilter(weights, 1.0, residuals)
+    left = lfilter(weights, 1.0, cosines[::-1], axis=0)[::-1]
+    left = lfilter([1.0], weights, (left - basis @ (basis.T @ left))[::-1], axis=0)
+    expected = left.T @ left
+    share = max(float(np.trace(expected)), 1e-9)
+    return float(found @ found) / share, float(share**2 / max(np.sum(expected**2), 1e-18))
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
