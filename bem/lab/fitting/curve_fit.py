@@ -35,7 +35,6 @@ LINEAR = ("force_offset", "tilt", "drag")
 ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
 AUTO = "auto"
 
-CLEAN = 1.15  # misfit up to which a model leaves nothing to the next rung
 _ALIKE = 10.0  # difference of the criterion from which two models are told apart
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
@@ -197,16 +196,14 @@ class Climb:
         best = self.best()
         # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
-        if adheres:
+        relaxes, one_way = not best.adequate or self._relaxes(best if adheres else hertz), self.data.one_way
+        if relaxes or (one_way and best.model.adhesive):
+            self.rung("ting")
+        still = adheres and self.best().model.adhesive
+        if still:
             self.rung("maugis")
-        relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
-        if self.data.one_way and best.model.adhesive:
-            self.rung("ting")
+        if "ting" in self.fits and (one_way or not still):
             self.rung("ting_power_law")
-        elif relaxes:
-            self.rung("ting")
-            if not (adheres and self.best().model.adhesive):
-                self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
@@ -219,7 +216,8 @@ class Climb:
         best = min(self.fits.values(), key=lambda each: each.criterion(closest))
         if not best.adequate:
             return closest
-        if len({each.model.name for each in (best, *self.alike(best))} & set(_TWINS)) < 2 or best.model.name not in _TWINS:
+        names = [each.model.name for each in (best, *self.alike(best))]
+        if best.model.name not in _TWINS or not set(_TWINS) <= set(names):
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = setup_of(best.values, self.data.path.setup).physical_tabor
@@ -278,7 +276,10 @@ class Climb:
         start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.path.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
-        return start | (self.best().values if model.name == "maugis" and "jkr" in self.fits else {})
+        if model.name == "maugis" and "jkr" in self.fits:
+            nearest = min((self.fits[name] for name in _TWINS), key=lambda each: each.misfit)
+            start |= nearest.values | {"tabor": 0.1 if nearest.model.name == "dmt" else 1.0}
+        return start
 
     def _relaxes(self, fitted: Fitted) -> bool:
         """Whether the residuals of an elastic rung hold the trace of a memory."""

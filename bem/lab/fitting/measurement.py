@@ -28,8 +28,8 @@ _FAR = 0.5  # of the baseline, where attraction does not bend it yet
 _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
-_ORDERS = 10  # of the autoregressive model of residuals
-LEAST = 0.01  # sum of the weights that whiten noise
+_EXACT = 1e-5  # of the range of the force, below which the error of a model may be
+_ORDER = 2  # of the autoregressive model of residuals: that of the motion of a cantilever in a fluid
 _SLOWEST = 16  # cosines: more see less of noise that grows towards low frequencies, fewer widen every interval
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
@@ -116,10 +116,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     rest = tension[:quiet] - line(place[:quiet])
     noise, correlated = (float(np.std(rest)), 1.0) if quiet >= 8 else (noise_of(tension), 1.0)
     if quiet > _SLOWEST:
-        basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, quiet), 2))[0]
-        weights = whitening(rest)
-        slow = slow_noise(rest, basis, weights)[0] / max(weights.sum(), LEAST) ** 2
-        correlated = max(slow / max(noise, 1e-300) ** 2, 1.0)
+        basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
+        correlated = max(slow_noise(rest, basis)[0] / max(noise**2, 1e-300), 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
     baseline = float(np.median(tension[:first]))
     jumps = _jumps(time, tension, top, leaves, baseline)
@@ -127,7 +125,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     for jump in jumps:
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
     path, weights = Path(time, place, setup), counted.astype(float)
-    return Measurement(path, tension, weights, baseline, max(noise, 1e-300), correlated, first, top, columns, jumps)
+    noise = max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
+    return Measurement(path, tension, weights, baseline, noise, correlated, first, top, columns, jumps)
 
 
 def _in_steps_of_a_solver(time: FloatArray) -> bool:
@@ -138,38 +137,27 @@ def _in_steps_of_a_solver(time: FloatArray) -> bool:
 
 
 def whitening(residuals: FloatArray) -> FloatArray:
-    """Weights of a residual and those before it whose sum is independent noise: of an autoregressive model.
-
-    Yule and Walker's, of the order that the Bayesian criterion prefers.
-    """
-    count = residuals.size
+    """Weights of a residual and the `_ORDER` before it whose sum is nearly independent, by Yule and Walker."""
     centred = residuals - residuals.mean()
-    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
-    best, found = count * np.log(max(covariance[0], 1e-300)), np.ones(1)
-    for order in range(1, covariance.size if covariance[0] > 0.0 else 1):
-        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
-        rest = covariance[0] - weights @ covariance[1 : order + 1]
-        if not rest > 1e-9 * covariance[0]:
-            break
-        criterion = count * np.log(rest) + order * np.log(count)
-        if criterion < best:
-            best, found = criterion, np.append(1.0, -weights)
-    return found
+    covariance = np.array([centred[: centred.size - k] @ centred[k:] for k in range(_ORDER + 1)])
+    covariance[0] += 1e-9 * covariance[0] + 1e-300
+    return np.append(1.0, -solve_toeplitz(covariance[:-1], covariance[1:]))
 
 
-def slow_noise(residuals: FloatArray, basis: FloatArray, weights: FloatArray) -> tuple[float, float]:
-    """Variance of whitened noise at the lowest frequencies, where parameters act, and its degrees of freedom.
+def slow_noise(residuals: FloatArray, basis: FloatArray) -> tuple[float, float]:
+    """Variance of independent noise as strong as this at the lowest frequencies, where parameters act, and its degrees.
 
-    The mean square of `_SLOWEST` cosines over the curve (Mueller, J. Econometrics 141 (2007) 1331), after what a fit by
-    orthonormal columns `basis` (n, m) has taken up of the residuals (n,) is given back.
+    The mean square of `_SLOWEST` cosines over the whitened residuals (n,) (Mueller, J. Econometrics 141 (2007) 1331),
+    after what a fit by orthonormal columns `basis` (n, m) has taken up of them is given back.
     """
+    weights = whitening(residuals)
     cosines = idct(np.eye(residuals.size, _SLOWEST, -1), axis=0, norm="ortho")
     found = cosines.T @ lfilter(weights, 1.0, residuals)
     left = lfilter(weights, 1.0, cosines[::-1], axis=0)[::-1]
     left = lfilter([1.0], weights, (left - basis @ (basis.T @ left))[::-1], axis=0)
     expected = left.T @ left
     share = max(float(np.trace(expected)), 1e-9)
-    return float(found @ found) / share, float(share**2 / max(np.sum(expected**2), 1e-18))
+    return float(found @ found) / share / max(weights.sum(), 0.01) ** 2, share**2 / max(np.sum(expected**2), 1e-18)
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
@@ -237,6 +225,10 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
     depth, tension = depth[counted], data.tension[counted]
     deepest = float(depth.max())
+    if not deepest > 0.0:
+        raise ValueError(
+            "a force curve must come into contact on its approach; received one whose force leaves the baseline after it"
+        )
     places = np.linspace(-0.7, 0.95, _PLACES) * deepest
     power = np.maximum(depth - places[:, None], 0.0) ** 1.5
     centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()

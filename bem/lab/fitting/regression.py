@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import LEAST, Measurement, slow_noise, whitening
+from bem.lab.fitting.measurement import Measurement, slow_noise, whitening
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
@@ -269,7 +269,8 @@ class Fitted:
     def independent(self) -> float:
         """How many independent points the whitened residuals are worth."""
         white = self.white(self.residuals[self.counted])
-        return max(white.size / max(self.slow[0] / max(np.mean(white**2), 1e-300), 1.0), 10.0)
+        slow = self.variance * self.weights.sum() ** 2
+        return max(white.size / max(slow / max(np.mean(white**2), 1e-300), 1.0), 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
         """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
@@ -287,15 +288,15 @@ class Fitted:
 
     @cached_property
     def slow(self) -> tuple[float, float]:
-        """Variance of the whitened residuals at low frequencies, and its degrees of freedom."""
+        """Variance of the residuals, as large as it would be if they were independent, and its degrees of freedom."""
         columns = self.jacobian[self.counted]
         basis = orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=1e-10)
-        return slow_noise(self.residuals[self.counted], basis, self.weights)
+        return slow_noise(self.residuals[self.counted], basis)
 
     @property
     def variance(self) -> float:
         """Of the residuals, as large as it would be if they were independent."""
-        return self.slow[0] / max(self.weights.sum(), LEAST) ** 2
+        return self.slow[0]
 
     @property
     def quantile(self) -> float:
