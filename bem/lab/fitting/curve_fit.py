@@ -1,10 +1,9 @@
 """Fit modulus, work of adhesion and relaxation to a measured force curve by the simplest model that describes it.
 
 The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where the residuals of Hertz hold relaxation,
-and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion, with as many
-independent points as the residuals have, decides. Tilt of the baseline and drag of the liquid are always fitted: one
-too small to be seen would still bias the others. Intervals are those of the linearised problem, widened as correlated
-residuals ask.
+and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion decides, for
+noise as correlated as the residuals. Tilt of the baseline and drag of the liquid are always fitted: one too small to be
+seen would still bias the others. Intervals are those of the linearised problem, for the slow noise of the residuals.
 """
 
 from __future__ import annotations
@@ -211,7 +210,7 @@ class Climb:
         return self.best()
 
     def best(self) -> Fitted:
-        """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
+        """The rung of the lowest criterion so far, for noise as correlated as the residuals of the closest."""
         closest = self._closest()
         best = min(self.fits.values(), key=lambda each: each.criterion(closest))
         if not best.adequate:
@@ -228,7 +227,7 @@ class Climb:
         judge = self._closest()
         families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
         names = next((each for each in families if best.model.name in each), ())
-        # The other two are limits of Maugis' model, which is therefore never far from them: the range of forces decides.
+        # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
         between = 0.1 < setup_of(best.values, self.data.path.setup).physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
         others = [each for name, each in self.fits.items() if name in names and each is not best]

@@ -227,7 +227,7 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     deepest = float(depth.max())
     if not deepest > 0.0:
         raise ValueError(
-            "a force curve must come into contact on its approach; received one whose force leaves the baseline after it"
+            "a force curve must come into contact on its approach; received one that leaves the baseline after it"
         )
     places = np.linspace(-0.7, 0.95, _PLACES) * deepest
     power = np.maximum(depth - places[:, None], 0.0) ** 1.5

@@ -84,7 +84,7 @@ def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_b
     assert result.adequate
     climbed = [rung.model for rung in result.ladder]
     assert climbed[:3] == ["hertz", "dmt", "jkr"]
-    assert climbed[-2:] == ["ting", "solver"]
+    assert climbed[3:] == ["ting", "maugis", "solver"]
     assert result.values["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
 
 
