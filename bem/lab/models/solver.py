@@ -82,7 +82,8 @@ def tension(
         protocol, begin = protocol_of(setup, path, values["contact_point"])
     except ValueError as error:  # a search wanders beyond what the solver takes
         raise NoContactError(str(error)) from error
-    trajectory = simulate(setup.scene(), protocol, accuracy, most_work=budget and max(budget[0], _ONE))
+    most = None if budget is None else max(budget[0], _ONE)
+    trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
     if budget is not None:
         budget[0] -= trajectory.stats.multiply_adds
     if not trajectory.completed:
