@@ -17,6 +17,7 @@ FEWEST = 10
 """Points of baseline needed, and of contact."""
 
 _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
+_SAFE = 0.7  # of the points before contact, in which a force that noise hides does not bend the baseline
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
 _NONE = 1e-300  # N; stands for a baseline without noise
@@ -60,7 +61,7 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
         index = _leaves(away, noise, unsure)
         if index < FEWEST:
             break
-        first = index
+        first = max(FEWEST, int(_SAFE * index))
     offset = float(np.median(force[:first]))
     largest = float(np.max(np.abs(away)))
     if not largest > STANDS_OUT * noise or index >= force.size:

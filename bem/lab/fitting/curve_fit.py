@@ -1,10 +1,9 @@
 """Fit modulus, work of adhesion and relaxation to a measured force curve by the simplest model that describes it.
 
 The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where the residuals of Hertz hold relaxation,
-and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion, with as many
-independent points as the residuals have, decides. Tilt of the baseline and drag of the liquid are always fitted: one
-too small to be seen would still bias the others. Intervals are those of the linearised problem, widened as correlated
-residuals ask.
+and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion decides, for
+noise as correlated as the residuals. Tilt of the baseline and drag of the liquid are always fitted: one too small to be
+seen would still bias the others. Intervals are those of the linearised problem, for the slow noise of the residuals.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
-from bem.lab.fitting.simulated import bias_of_range, memories, search
+from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
 from bem.lab.models import CONTACT_POINT, LADDER, Model, setup_of
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -35,12 +34,13 @@ LINEAR = ("force_offset", "tilt", "drag")
 ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
 AUTO = "auto"
 
-CLEAN = 1.15  # misfit up to which a model leaves nothing to the next rung
 _ALIKE = 10.0  # difference of the criterion from which two models are told apart
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
-_ONE_WAY = ("dmt", "jkr", "ting", "ting_power_law")  # the first two are alike on any curve
+_CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
+_TWINS = ("dmt", "jkr")
+_ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
 
@@ -109,7 +109,7 @@ def fit(
     hertz = best
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
-    zero = hertz.criterion(best.independent) < best.criterion(best.independent)
+    zero = hertz.criterion(best) < best.criterion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
     result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
@@ -195,13 +195,13 @@ class Climb:
         best = self.best()
         # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
-        if best.misfit > CLEAN and adheres:
-            self.rung("maugis")
-        relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
-        if self.data.one_way and best.model.adhesive:
+        relaxes, one_way = not best.adequate or self._relaxes(best if adheres else hertz), self.data.one_way
+        if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
-            self.rung("ting_power_law")
-        elif relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
+        still = adheres and self.best().model.adhesive
+        if still:
+            self.rung("maugis")
+        if "ting" in self.fits and (one_way or not still):
             self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
@@ -210,23 +210,29 @@ class Climb:
         return self.best()
 
     def best(self) -> Fitted:
-        """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
+        """The rung of the lowest criterion so far, for noise as correlated as the residuals of the closest."""
         closest = self._closest()
-        best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
+        best = min(self.fits.values(), key=lambda each: each.criterion(closest))
         if not best.adequate:
             return closest
-        if sum(each.model.name in _ONE_WAY[:2] for each in (best, *self.alike(best))) < 2 or not best.model.adhesive:
+        names = [each.model.name for each in (best, *self.alike(best))]
+        if best.model.name not in _TWINS or not set(_TWINS) <= set(names):
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = setup_of(best.values, self.data.path.setup).physical_tabor
         return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that the criterion does not tell from the best: DMT and JKR; one way, adhesion and relaxation too."""
-        names, independent = _ONE_WAY if self.data.one_way else _ONE_WAY[:2], self._closest().independent
+        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better."""
+        judge = self._closest()
+        families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
+        names = next((each for each in families if best.model.name in each), ())
+        # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
+        between = 0.1 < setup_of(best.values, self.data.path.setup).physical_tabor < 5.0
+        more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
         others = [each for name, each in self.fits.items() if name in names and each is not best]
-        most = best.criterion(independent) + _ALIKE
-        return tuple(each for each in others if best.model.name in names and each.criterion(independent) < most)
+        least = best.criterion(judge)
+        return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
 
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
@@ -252,6 +258,7 @@ class Climb:
             found = search(problem, starts, self.accuracy)
         else:
             found = problem.run(np.zeros(len(nonlinear)))
+            found = followed(found)[0] if name == "maugis" else found
         self.fits[name] = found
         self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
         return found
@@ -268,7 +275,10 @@ class Climb:
         start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.path.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
-        return start | (self.best().values if model.name == "maugis" and "jkr" in self.fits else {})
+        if model.name == "maugis" and "jkr" in self.fits:
+            nearest = min((self.fits[name] for name in _TWINS), key=lambda each: each.misfit)
+            start |= nearest.values | {"tabor": 0.1 if nearest.model.name == "dmt" else 1.0}
+        return start
 
     def _relaxes(self, fitted: Fitted) -> bool:
         """Whether the residuals of an elastic rung hold the trace of a memory."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.fft import idct
 from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
 
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
@@ -26,7 +28,9 @@ _FAR = 0.5  # of the baseline, where attraction does not bend it yet
 _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
-_ORDERS = 10  # of the autoregressive model of residuals
+_EXACT = 1e-5  # of the range of the force, below which the error of a model may be
+_ORDER = 2  # of the autoregressive model of residuals: that of the motion of a cantilever in a fluid
+_SLOWEST = 16  # cosines: more see less of noise that grows towards low frequencies, fewer widen every interval
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
 
@@ -110,7 +114,10 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     quiet = int(_FAR * first)
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
     rest = tension[:quiet] - line(place[:quiet])
-    noise, correlated = (float(np.std(rest)), inflation(rest)) if quiet >= 8 else (noise_of(tension), 1.0)
+    noise, correlated = (float(np.std(rest)), 1.0) if quiet >= 8 else (noise_of(tension), 1.0)
+    if quiet > _SLOWEST:
+        basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
+        correlated = max(slow_noise(rest, basis)[0] / max(noise**2, 1e-300), 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
     baseline = float(np.median(tension[:first]))
     jumps = _jumps(time, tension, top, leaves, baseline)
@@ -118,7 +125,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     for jump in jumps:
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
     path, weights = Path(time, place, setup), counted.astype(float)
-    return Measurement(path, tension, weights, baseline, max(noise, 1e-300), correlated, first, top, columns, jumps)
+    noise = max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
+    return Measurement(path, tension, weights, baseline, noise, correlated, first, top, columns, jumps)
 
 
 def _in_steps_of_a_solver(time: FloatArray) -> bool:
@@ -128,27 +136,28 @@ def _in_steps_of_a_solver(time: FloatArray) -> bool:
     return bool(np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps))
 
 
-def inflation(residuals: FloatArray) -> float:
-    """Variance of a sum of residuals over that of independent ones, at least 1.
-
-    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
-    criterion prefers.
-    """
-    count = residuals.size
+def whitening(residuals: FloatArray) -> FloatArray:
+    """Weights of a residual and the `_ORDER` before it whose sum is nearly independent, by Yule and Walker."""
     centred = residuals - residuals.mean()
-    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
-    if not covariance[0] > 0.0:
-        return 1.0
-    best, found = count * np.log(covariance[0]), 1.0
-    for order in range(1, covariance.size):
-        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
-        rest = covariance[0] - weights @ covariance[1 : order + 1]
-        if not rest > 1e-9 * covariance[0]:
-            break
-        criterion = count * np.log(rest) + order * np.log(count)
-        if criterion < best:
-            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
-    return max(float(found), 1.0)
+    covariance = np.array([centred[: centred.size - k] @ centred[k:] for k in range(_ORDER + 1)])
+    covariance[0] += 1e-9 * covariance[0] + 1e-300
+    return np.append(1.0, -solve_toeplitz(covariance[:-1], covariance[1:]))
+
+
+def slow_noise(residuals: FloatArray, basis: FloatArray) -> tuple[float, float]:
+    """Variance of independent noise as strong as this at the lowest frequencies, where parameters act, and its degrees.
+
+    The mean square of `_SLOWEST` cosines over the whitened residuals (n,) (Mueller, J. Econometrics 141 (2007) 1331),
+    after what a fit by orthonormal columns `basis` (n, m) has taken up of them is given back.
+    """
+    weights = whitening(residuals)
+    cosines = idct(np.eye(residuals.size, _SLOWEST, -1), axis=0, norm="ortho")
+    found = cosines.T @ lfilter(weights, 1.0, residuals)
+    left = lfilter(weights, 1.0, cosines[::-1], axis=0)[::-1]
+    left = lfilter([1.0], weights, (left - basis @ (basis.T @ left))[::-1], axis=0)
+    expected = left.T @ left
+    share = max(float(np.trace(expected)), 1e-9)
+    return float(found @ found) / share / max(weights.sum(), 0.01) ** 2, share**2 / max(np.sum(expected**2), 1e-18)
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
@@ -216,6 +225,10 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
     depth, tension = depth[counted], data.tension[counted]
     deepest = float(depth.max())
+    if not deepest > 0.0:
+        raise ValueError(
+            "a force curve must come into contact on its approach; received one that leaves the baseline after it"
+        )
     places = np.linspace(-0.7, 0.95, _PLACES) * deepest
     power = np.maximum(depth - places[:, None], 0.0) ** 1.5
     centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()

@@ -9,14 +9,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import orth
 from scipy.optimize import least_squares
+from scipy.signal import lfilter
 from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement, inflation
+from bem.lab.fitting.measurement import Measurement, slow_noise, whitening
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
@@ -65,8 +68,10 @@ class Regression:
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
         # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
-        place = self.data.path.place
+        place, time = self.data.path.place, self.data.path.time
         far = place < 0.5 * (place[0] + place[self.data.first])
+        for jump in self.data.jumps:  # a neck may reach as far
+            far &= ~((time >= time[self.data.first]) & (time < jump.time))
         self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.target[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
         self.known: dict[tuple[bytes, Any], FloatArray] = {}
@@ -247,41 +252,56 @@ class Fitted:
         """Whether the residuals are small, or no larger than chance makes them."""
         return self.misfit <= ADEQUATE or not self.beyond_chance
 
-    def criterion(self, independent: float) -> float:
-        """Bayesian information criterion for as many independent points."""
+    def criterion(self, judge: Fitted) -> float:
+        """Bayesian information criterion, for noise as correlated as the residuals of `judge`."""
         freedoms = len(self.names) + 4 * self.model.adhesive  # both ends of the contact are chosen, of many places
-        return float(independent * 2.0 * np.log(self.misfit) + freedoms * np.log(independent))
+        white = judge.white(np.column_stack([self.jacobian, self.residuals])[self.counted])
+        # Generalised least squares end beside these: what the parameters take up of the whitened residuals goes.
+        columns = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
+        rest = white[:, -1] - columns @ np.linalg.lstsq(columns, white[:, -1], rcond=1e-10)[0]
+        return float(judge.independent * np.log(max(np.mean(rest**2), 1e-300)) + freedoms * np.log(judge.independent))
+
+    def white(self, residuals: FloatArray) -> FloatArray:
+        """Residuals (n, ...) without the correlation of this fit's: shorter by its reach."""
+        return lfilter(self.weights, 1.0, residuals, axis=0)[self.weights.size - 1 :]
 
     @property
     def independent(self) -> float:
-        """How many independent points the residuals are worth."""
-        correlated = max(inflation(self.residuals[self.counted]), self.problem.data.correlated)
-        return max(np.count_nonzero(self.counted) / correlated, 10.0)
+        """How many independent points the whitened residuals are worth."""
+        white = self.white(self.residuals[self.counted])
+        slow = self.variance * self.weights.sum() ** 2
+        return max(white.size / max(slow / max(np.mean(white**2), 1e-300), 1.0), 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
         """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
         both = np.column_stack([self.jacobian, columns])
         both = both / np.maximum(np.linalg.norm(both, axis=0), 1e-300)
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
-        before, after = self.residuals @ self.residuals, rest @ rest
-        independent = dataclasses.replace(self, residuals=rest).independent
-        return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
+        other = dataclasses.replace(self, residuals=rest, jacobian=both)
+        gained = self.criterion(other) - other.criterion(other)
+        return bool(gained > columns.shape[1] * np.log(other.independent))
 
-    @property
-    def degrees(self) -> int:
-        """Of freedom of the residuals."""
-        return max(np.count_nonzero(self.counted) - len(self.names), 1)
+    @cached_property
+    def weights(self) -> FloatArray:
+        """That whiten the residuals."""
+        return whitening(self.residuals[self.counted])
+
+    @cached_property
+    def slow(self) -> tuple[float, float]:
+        """Variance of the residuals, as large as it would be if they were independent, and its degrees of freedom."""
+        columns = self.jacobian[self.counted]
+        basis = orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=1e-10)
+        return slow_noise(self.residuals[self.counted], basis)
 
     @property
     def variance(self) -> float:
         """Of the residuals, as large as it would be if they were independent."""
-        correlated = max(inflation(self.residuals[self.counted]), self.problem.data.correlated)
-        return float(self.residuals @ self.residuals) / self.degrees * correlated
+        return self.slow[0]
 
     @property
     def quantile(self) -> float:
         """Standard deviations in half a 95 % interval."""
-        return float(stdtrit(self.degrees, 0.5 + 0.5 * CONFIDENCE))
+        return float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
         """95 % intervals of the parameters by the linearised problem, or the wider `ends`, and their correlations.

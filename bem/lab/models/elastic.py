@@ -21,7 +21,7 @@ TABOR = Parameter("tabor", "", "logarithm", 0.02, 20.0, "a noise far below the p
 TABLE = np.linspace(0.0, 1.0, 1500) ** 2
 """Shares of the largest depth or radius at which a branch is tabulated, denser where the contact begins."""
 _SMALLEST = 1e-9  # work of adhesion in J/m^2, that stands for none: Maugis' family is scaled by it
-_ANGLES = np.concatenate([np.geomspace(1e-6, 0.1, 900), np.linspace(0.1, 0.5 * np.pi - 1e-4, 900)[1:]])[::-1]
+_ANGLES = np.geomspace(1e-6, 0.5 * np.pi - 1e-4, 100)[::-1]
 
 Curve = tuple[FloatArray, FloatArray]
 """Depths (m), growing to at least the deepest, and tensions (N)."""
@@ -86,17 +86,21 @@ def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
     return at(first + (largest - first) * TABLE)
 
 
-def maugis(values: Values, setup: Setup, _deepest: float) -> Curve:
+def maugis(values: Values, setup: Setup, deepest: float) -> Curve:
     """From DMT to JKR, from the fold on; see `bem.reference_solutions.maugis_dugdale`."""
     work, tabor = max(values["work_of_adhesion"], _SMALLEST), values["tabor"]
     gap = np.cbrt(setup.radius * (work / contact_modulus(values, setup)) ** 2) / tabor
-    _, depth, force = maugis_dugdale.solution_at_angle(_ANGLES, tabor)
+    depth = maugis_dugdale.solution_at_angle(_ANGLES, tabor)[1] * gap
+    least = _ANGLES[min(int(np.flatnonzero(depth < deepest)[-1]) + 1, _ANGLES.size - 1)]
+    _, depth, force = maugis_dugdale.solution_at_angle(least + (_ANGLES[0] - least) * TABLE[::-1], tabor)
     first = int(np.argmin(depth))
     return depth[first:] * gap, force[first:] * np.pi * setup.radius * work
 
 
 def _model(name: str, title: str, branch: Callable[[Values, Setup, float], Curve], *further: Parameter) -> Model:
-    return Model(name, title, (MODULUS, *further), partial(tension, branch), adhesive=ADHESION in further)
+    # Where parameters trade off, the error of the table must not look like a difference.
+    step = 0.02 if TABOR in further else 1e-4
+    return Model(name, title, (MODULUS, *further), partial(tension, branch), step, ADHESION in further)
 
 
 MODELS = (
