@@ -68,7 +68,7 @@ _RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=0.1),
 )
-RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=100), "accurate": _RECIPE}
+RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
 
 
 @dataclass(frozen=True)
