@@ -28,6 +28,8 @@ from surrogate.prediction.bands import KNOWN as QUANTITIES
 from surrogate.prediction.files import BANDED as NAMES
 
 COVERAGE = 0.9
+WHOLE = ("fast",)
+"""Models that see the whole history at once, so that they have no stream."""
 FAST = 100.0
 """Unloading rate above which peaks are narrow."""
 TIMED = 128
@@ -104,7 +106,7 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     """Median processor seconds of the solver and of every model, by what is asked.
 
     `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch, `step`
-    that of one step of a stream. The solver's gradient is its simulations, its step one of its own time steps.
+    that of one step of a stream, if there is one. The solver's gradient is its simulations, its step one of its own.
     """
     few = len(hidden) // ROUNDS
     some = [hidden.part(slice(turn, few * ROUNDS, ROUNDS)) for turn in range(ROUNDS)]
@@ -116,17 +118,17 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
         steps["solver"] = sum(one.stats.steps for one in found)
 
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
-        stream = streamed(model, name, hidden)
+        stream = None if name in WHOLE else streamed(model, name, hidden)
 
         def step(turn: int) -> None:
-            steps[name] = sum(stream(row) for row in range(turn, few * ROUNDS, ROUNDS))
+            steps[name] = sum(map(stream, range(turn, few * ROUNDS, ROUNDS)))  # type: ignore[arg-type]
 
-        return {
+        found = {
             "batch": (lambda _: asked(name, model, hidden), len(hidden)),
             "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
             "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
-            "step": (step, 1),
         }
+        return found | ({"step": (step, 1)} if stream else {})
 
     ways = {name: of(name, model) for name, model in models.items()}
     calls = {(name, kind): call for name, each in ways.items() for kind, call in each.items()}
@@ -134,8 +136,8 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     each = seconds["solver"]
     found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each * few}}
     found |= {name: {kind: seconds[name, kind] for kind in ways[name]} for name in models}
-    for name, row in found.items():
-        row["step"] /= steps[name]
+    for name, taken in steps.items():
+        found[name]["step"] /= taken
     return found
 
 

@@ -69,7 +69,7 @@ def calls_text(pretrained_errors: Any) -> str:
     gradients, rows = pretrained_errors["gradients"], []
     for name in ("solver", *pretrained_errors["models"]):
         seconds, errors = pretrained_errors["seconds"][name], gradients["tools"][name]["common"]
-        times = [f"{factor * seconds[kind]:.3g}" for kind, factor in WAYS.items()]
+        times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
         rows.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
     return (
         f"{markdown_table(CALLS, rows, 'lrrrrr')}\n\n"

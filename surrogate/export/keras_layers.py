@@ -59,7 +59,7 @@ def add_network(
             )
         given = layers[name].input
         if (
-            kind not in ("Dense", "Dropout")
+            kind not in ("Dense", "Dropout", "Reshape")
             and len((given[0] if isinstance(given, list | tuple) else given).shape) != 3
         ):
             raise NotExportableError(f"Expected {kind} on a sequence. Received: layer {name!r} on the Tabor parameter")
@@ -103,12 +103,15 @@ def _bias(layer: Any, size: int) -> np.ndarray:
 
 def _dense(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
     name, activation = prefix + layer.name, _activation(layer.activation)
-    if activation not in ("linear", "relu", "softmax"):
-        raise _unsupported("a linear, relu or softmax activation", layer, f"{activation} in ")
+    if activation not in ("linear", "relu", "gelu", "softmax"):
+        raise _unsupported("a linear, relu, gelu or softmax activation", layer, f"{activation} in ")
     kernel = _array(layer.kernel)
     result = _affine(graph, inputs[0], name, kernel, _bias(layer, kernel.shape[-1]))
     if activation == "relu":
         return graph.add("Relu", result)
+    if activation == "gelu":
+        half, one, root = (np.array(value, dtype=np.float32) for value in (0.5, 1.0, math.sqrt(0.5)))
+        return result * half * (graph.add("Erf", result * root) + one)
     return graph.add("Softmax", result, axis=-1) if activation == "softmax" else result
 
 
@@ -155,6 +158,14 @@ def _append(graph: OnnxGraph, _: Any, inputs: list[Value]) -> Value:
     sequence, tabor = inputs
     first = graph.add("Slice", sequence, [0], [1], [2])
     return graph.add("Concat", sequence, (first - first) + tabor.expand(1), axis=2)
+
+
+def _choose(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
+    return graph.add("Reshape", inputs[0].pick(*layer.steps), [0, -1])
+
+
+def _reshape(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
+    return graph.add("Reshape", inputs[0], [0, *layer.target_shape])
 
 
 def _add(_: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
@@ -220,6 +231,7 @@ def _attention(graph: OnnxGraph, layer: Any, source: Value, name: str) -> Value:
 _LAYERS: dict[str, Callable[..., Value]] = {
     "AppendTabor": _append,
     "Add": _add,
+    "ChosenSteps": _choose,
     "Conv1D": _convolve,
     "Dense": _dense,
     "Dropout": lambda _graph, _layer, inputs: inputs[0],  # without effect in prediction
@@ -227,6 +239,7 @@ _LAYERS: dict[str, Callable[..., Value]] = {
     "FiLM": _film,
     "LSTM": _lstm,
     "LayerNormalization": _normalise,
+    "Reshape": _reshape,
     "ResidualTCNBlock": _tcn_block,
     "TaborGate": _gate,
 }

@@ -246,7 +246,7 @@ class Surrogate:
             A `surrogate.prediction.stream.Stream`, whose `step(time, indentation, edge=False)` returns the force.
 
         Raises:
-            ValueError: as for `predict`, or the model is not causal (M5).
+            ValueError: as for `predict`, or the model is not causal (M5, `fast`).
 
         Warns:
             ExtrapolationWarning: the scene is outside the range of the training set.

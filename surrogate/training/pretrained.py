@@ -26,8 +26,9 @@ from onnx import numpy_helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.physical_steps import BEFORE_CROSSING
 from surrogate.architectures.common import inputs, readout
-from surrogate.architectures.layers import AppendTabor
+from surrogate.architectures.layers import AppendTabor, ChosenSteps
 from surrogate.backend import versions
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import Part, fitted_scaling, joined_examples, pieces, scaled_examples
@@ -54,8 +55,8 @@ SCALED = 60_000
 
 HELD_OUT = (8_000, 14_016)
 """How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
-UNITS = {"fast": (64,), "accurate": (128, 64)}
-"""Of each LSTM, by the name of the model."""
+UNITS = {"fast": (256, 256, 256), "accurate": (128, 64)}
+"""Of the dense layers of `fast`, which sees the whole history at once, and of each LSTM of `accurate`."""
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
@@ -67,7 +68,7 @@ _RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=0.1),
 )
-RECIPES = {"fast": replace(_RECIPE, learning_rate=4e-3), "accurate": _RECIPE}
+RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
 
 
 @dataclass(frozen=True)
@@ -114,13 +115,37 @@ class Data:
         )
 
 
-def network(units: tuple[int, ...]) -> keras.Model:
-    """Build an untrained network: LSTMs of so many units each, and the readout that all models share."""
+def network(name: str, units: tuple[int, ...], counts: tuple[int, int, int]) -> keras.Model:
+    """Build an untrained network.
+
+    Args:
+        name: `"fast"` for dense layers on the steps that tell a history of its protocol, else LSTMs and the readout
+            that all models share.
+        units: Of each layer.
+        counts: Points of loading, dwell and unloading.
+    """
     sequence, tabor = inputs(FEATURES)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor)
+    if name != "fast":
+        for number, size in enumerate(units, 1):
+            hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
+        return keras.Model([sequence, tabor], readout(hidden))
+    hidden = ChosenSteps(telling_steps(counts), name="chosen_steps")(hidden)
     for number, size in enumerate(units, 1):
-        hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
-    return keras.Model([sequence, tabor], readout(hidden))
+        hidden = layers.Dense(size, activation="gelu", name=f"dense_{number}")(hidden)
+    force = layers.Dense(sum(counts), name="forces")(hidden)
+    return keras.Model([sequence, tabor], layers.Reshape((sum(counts), 1), name="steps")(force))
+
+
+def telling_steps(counts: tuple[int, int, int]) -> list[int]:
+    """Steps in the middle and at the end of loading and dwell, and five of the unloading, the last one included."""
+    loading, dwell, unloading = counts
+    held = loading + dwell
+    before = round(BEFORE_CROSSING * unloading)
+    return [
+        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
+        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
+    ]
 
 
 def train_model(
@@ -140,7 +165,8 @@ def train_model(
     With `start`, the folder of a published model, training goes on from its weights, with its scaling.
     """
     training, choosing, calibrating = data.divided(held_out)
-    model = started(lambda: network(units), recipe.seed)
+    shape = name, units, data.box.points_per_phase
+    model = started(lambda: network(*shape), recipe.seed)
     if start is None:
         box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
         scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
@@ -154,7 +180,7 @@ def train_model(
         progress = fit(model, *examples, recipe, folder, facts=asked, report=report)
         target = folder / name
         target.mkdir(exist_ok=True)
-        content = network_content(with_weights(network(units), model), FEATURES, name)
+        content = network_content(with_weights(network(*shape), model), FEATURES, name)
         (target / ONNX_NAME).write_bytes(content)
         scaling.save(target / "scaling.json")
         shutil.copyfile(folder / "history.csv", target / "history.csv")
@@ -216,10 +242,10 @@ def _write_bands(folder: Path, bands: Bands) -> None:
 
 
 def weights_of(path: Path) -> list[np.ndarray]:
-    """Return the weights of a network file in Keras's order: those of each LSTM, then of the readout."""
+    """Return the weights of a network file in Keras's order: those of each LSTM, then of dense layers."""
     weights = [numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer]
-    weights, found = [one for one in weights if one.dtype == np.float32], []
-    while weights[0].ndim == 3:
+    weights, found = [one for one in weights if one.dtype == np.float32 and one.ndim], []
+    while weights[0].ndim == 3:  # an LSTM
         (kernel,), (recurrent,), (bias,) = weights[:3]
         units, weights = recurrent.shape[1], weights[3:]
         order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c

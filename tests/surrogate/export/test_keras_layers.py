@@ -63,7 +63,7 @@ def shared(sequence):
     [
         (lambda s, _: layers.LSTM(5, return_sequences=True, activation="relu")(s), "LSTM of tanh and sigmoid"),
         (lambda s, _: layers.LSTM(5, return_sequences=True, go_backwards=True)(s), "forward LSTM"),
-        (lambda s, _: layers.Dense(5, activation="gelu")(s), "Received: gelu in layer"),
+        (lambda s, _: layers.Dense(5, activation="selu")(s), "Received: selu in layer"),
         (lambda s, _: layers.Dense(5, activation=layers.LeakyReLU())(s), "Received: LeakyReLU in layer"),
         (lambda s, _: layers.Conv1D(5, 3, padding="same")(s), "causal convolution"),
         (lambda s, _: layers.Conv1D(4, 3, padding="causal", groups=2)(s), "of one group"),

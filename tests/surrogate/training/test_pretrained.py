@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
+from bem.dataset.measurement_steps import PHYSICAL
 from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
 from tests.surrogate.prediction.predicting import SCENE
@@ -16,8 +17,8 @@ RECIPE = replace(pretrained.RECIPES["accurate"], epochs=1, batch_size=16)
 ELASTIC = {"modulus_ratio": np.full(COUNT, 1.0)}
 
 
-def train(data, folder, recipe=RECIPE, held_out=(16, 40), **given):
-    return pretrained.train_model("fast", (6,), recipe, data, folder, held_out=held_out, **given)
+def train(data, folder, recipe=RECIPE, held_out=(16, 40), name="fast", **given):
+    return pretrained.train_model(name, (6,), recipe, data, folder, held_out=held_out, **given)
 
 
 @pytest.fixture(scope="module")
@@ -50,17 +51,24 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert np.all(again[:, -1, 0] != model.bands.quantiles[:, -1, 0])
 
 
-def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path):
-    first = train(data, tmp_path / "first")
-    network = pretrained.network((6,))
+@pytest.mark.parametrize("name", ["fast", "accurate"])
+def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, name):
+    first = train(data, tmp_path / "first", name=name)
+    network = pretrained.network(name, (6,), PHYSICAL)
     network.set_weights(pretrained.weights_of(first / "model.onnx"))
     model = load_banded(first)
-    sequence, tabor = np.random.default_rng(0).normal(size=(2, 30, 12)).astype("f4"), np.ones((2, 1), "f4")
+    sequence, tabor = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
     np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
-    again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), start=first)
+    again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), name=name, start=first)
     for one, other in zip(*(pretrained.weights_of(path / "model.onnx") for path in (first, again)), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
     assert json.loads((again / "run.json").read_text())["start_sha256"]
+
+
+def test_a_network_of_the_whole_history_does_not_stream(data, tmp_path):
+    model = load_banded(train(data, tmp_path))
+    with pytest.raises(ValueError, match=r"Expected a causal model, .*; use `predict`. Received: fast, which needs"):
+        model.stream(SCENE)
 
 
 def test_other_data_sets_are_refused(data, tmp_path):
