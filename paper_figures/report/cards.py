@@ -31,11 +31,6 @@ from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
-LAYERS = {
-    "fast": "dense layers of {} units on the inputs at eight of the steps",
-    "accurate": "LSTMs of {} units and the readout of the paper's models",
-}
-"""Of the models that know any solid, with their units."""
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
 
@@ -97,7 +92,7 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         name=folder.name,
         run=run,
         optimizer=run["recipe"]["optimizer"].upper(),
-        layers=LAYERS[folder.name].format(" and ".join(map(str, run["units"]))),
+        units=" and ".join(map(str, run["units"])),
         measured=measured,
         coverage=100 * measured["coverage"],
         corners=len(places["corners"]),

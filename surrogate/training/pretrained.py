@@ -189,6 +189,7 @@ def train_model(
             "format_version": 1,
             "name": name,
             "features": FEATURES,
+            "layers": "dense" if name == "fast" else "LSTM",
             "units": list(units),
             "parameters": model.count_params(),
             "counts": list(data.box.points_per_phase),
