@@ -48,7 +48,7 @@ def step_model(content: bytes, tabor: np.ndarray, name: str) -> bytes:
             node.output.extend(state + NEXT for state in names)
         elif node.op_type == "Conv":
             step += _windowed(node, weights, states)
-        elif node.op_type == "Reshape" or (node.op_type == "MatMul" and node.input[1] not in weights):
+        elif node.op_type == "Reshape":  # of all steps at once: heads of an attention, or dense layers over steps
             raise ValueError(
                 "Expected a causal model, whose force does not depend on later steps; use `predict`. "
                 f"Received: {name}, which needs the whole history"

@@ -138,7 +138,7 @@ def network(name: str, units: tuple[int, ...], counts: tuple[int, int, int]) -> 
 
 
 def telling_steps(counts: tuple[int, int, int]) -> list[int]:
-    """Steps in the middle and at the end of loading and dwell, and five of the unloading, the last one included."""
+    """Steps in the middle and at the end of loading and dwell, and four of the unloading, the last one included."""
     loading, dwell, unloading = counts
     held = loading + dwell
     before = round(BEFORE_CROSSING * unloading)
