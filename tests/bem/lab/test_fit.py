@@ -251,6 +251,16 @@ def test_the_noise_is_that_of_the_points_that_count():
         assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
 
 
+@pytest.mark.parametrize("memory", [0.0, 0.9, 0.95])
+def test_slow_noise_is_that_of_independent_points_as_strong_at_low_frequencies(memory):
+    """The variance of the mean of correlated noise, known in closed form, decides how wide intervals have to be."""
+    line = np.linalg.qr(np.vander(np.arange(600) / 600, 2))[0]
+    draws = np.random.default_rng(0).standard_normal((100, 1000))
+    noise = lfilter([1.0], [1.0, -memory], draws)[:, 400:]
+    found = [slow_noise(one - line @ (line.T @ one), line)[0] for one in noise]
+    assert np.mean(found) == pytest.approx((1.0 - memory) ** -2, rel=0.2)
+
+
 def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
     """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
     setup = BEAD.replaced(equilibrium_gap=90e-9)
