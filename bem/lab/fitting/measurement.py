@@ -31,6 +31,7 @@ _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, 
 _EXACT = 1e-5  # of the range of the force, below which the error of a model may be
 _ORDER = 2  # of the autoregressive model of residuals: that of the motion of a cantilever in a fluid
 _SLOWEST = 16  # cosines: more see less of noise that grows towards low frequencies, fewer widen every interval
+_SEEN = 2.0  # standard deviations by which the correlation of neighbours is seen
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
 
@@ -49,6 +50,8 @@ class Measurement:
     """Standard deviation of an averaged point on the baseline, in N."""
     correlated: float
     """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
+    white: bool
+    """Whether neighbours on the baseline look independent."""
     first: int
     """The first point after the baseline."""
     top: int
@@ -114,6 +117,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     quiet = int(_FAR * first)
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
     rest = tension[:quiet] - line(place[:quiet])
+    white = quiet >= 8 and rest[1:] @ rest[:-1] < _SEEN / np.sqrt(quiet) * (rest @ rest)
     noise, correlated = (float(np.std(rest)), 1.0) if quiet >= 8 else (noise_of(tension), 1.0)
     if quiet > _SLOWEST:
         basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
@@ -126,7 +130,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
     path, weights = Path(time, place, setup), counted.astype(float)
     noise = max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
-    return Measurement(path, tension, weights, baseline, noise, correlated, first, top, columns, jumps)
+    return Measurement(path, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps)
 
 
 def _in_steps_of_a_solver(time: FloatArray) -> bool:

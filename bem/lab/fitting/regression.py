@@ -273,13 +273,20 @@ class Fitted:
         return max(white.size / max(slow / max(np.mean(white**2), 1e-300), 1.0), 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
-        """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
+        """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion.
+
+        What an elastic rung leaves of a memory is slow: it is taken for noise only where the baseline has such noise.
+        """
         both = np.column_stack([self.jacobian, columns])
-        both = both / np.maximum(np.linalg.norm(both, axis=0), 1e-300)
+        both /= np.maximum(np.linalg.norm(both, axis=0), 1e-300)
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
-        other = dataclasses.replace(self, residuals=rest, jacobian=both)
-        gained = self.criterion(other) - other.criterion(other)
-        return bool(gained > columns.shape[1] * np.log(other.independent))
+        if self.problem.data.white:
+            count = float(np.count_nonzero(self.counted))
+            gained = count * np.log(max(self.residuals @ self.residuals, 1e-300) / max(rest @ rest, 1e-300))
+        else:
+            other = dataclasses.replace(self, residuals=rest, jacobian=both)
+            count, gained = other.independent, self.criterion(other) - other.criterion(other)
+        return bool(gained > columns.shape[1] * np.log(count))
 
     @cached_property
     def weights(self) -> FloatArray:

@@ -18,6 +18,7 @@ from bem.lab.fitting.measurement import hertz_line, measurement_of, prescribed_p
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from bem.solver import simulation
+from experiments.robustness.lab_coverage import drawn_curve
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -135,6 +136,13 @@ def test_a_power_law_is_not_taken_for_adhesion():
     assert "ting_power_law" in (approach.model, *approach.alike)
     low, high = approach.intervals["contact_point"]
     assert low < 0.0 < high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [5, 20])
+def test_what_an_elastic_rung_leaves_of_a_memory_is_not_taken_for_slow_noise(number):
+    curve, setup, _ = drawn_curve("stage", 33, number)
+    assert fit(curve, setup).model == "solver"
 
 
 @pytest.mark.parametrize("correlation", [0.9, 0.93])
