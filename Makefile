@@ -176,10 +176,10 @@ model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8
 more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c model-large)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 ANY := $(OUT)/dataset/any_solid
-pretrained: setup $(ANY).h5 $(ANY)_edges.h5 $(ANY)_corners.h5 $(ANY)_elastic.h5  ## Train `fast` and `accurate` on from START (START=no: anew) and publish them (simulates 430,016 trajectories first)
+pretrained: setup $(ANY).h5 $(ANY)_edges.h5 $(ANY)_corners.h5 $(ANY)_elastic.h5  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 430,016 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 --edges $(ANY)_edges.h5 --corners $(ANY)_corners.h5 \
 		--elastic $(ANY)_elastic.h5 --runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained \
-		$(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
+		$(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
 PUBLISHED_STUDIES := accuracy-price feature-sets data-efficiency ranking model-forces

@@ -107,6 +107,9 @@ class Contact:
         self.status = "completed"
         self._begin()
 
+    def __repr__(self) -> str:
+        return f"<Contact: time {self.time:g}, indentation {self.indentation:.6g}, force {self.force:.6g}>"
+
     def _begin(self) -> None:
         """Set the state at the start, on a mesh with the present room, and take the steps so far."""
         path = PiecewiseLinearProtocol([0.0, 1.0], [self._room] * 2)

@@ -30,6 +30,9 @@ from paper_figures.style.writing import number, table_rows
 from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
+TRAINED = """\
+- **Trained by**: {by}, seed {recipe[seed]}, {recipe[epochs]} epochs, the weights of epoch {best_epoch}:
+  `{command}`"""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
@@ -80,7 +83,7 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         measured: What `experiments errors_by_place` measured.
     """
     run, scaling = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "scaling"))
-    places = measured["models"][folder.name]
+    places, members = measured["models"][folder.name], run["members"]
     worst = max(places["corners"], key=lambda one: one["pull_off"][1])
     cells = []
     for words, one in {"all": places["box"], **places["edges"], "the corner that errs most": worst}.items():
@@ -91,7 +94,8 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         "pretrained_card",
         name=folder.name,
         run=run,
-        optimizer=run["recipe"]["optimizer"].upper(),
+        mean=f"the mean of {len(members)} networks, each with " if len(members) > 1 else "",
+        recipes="\n".join(TRAINED.format(**one, by=one["recipe"]["optimizer"].upper()) for one in members),
         units=" and ".join(map(str, run["units"])),
         measured=measured,
         coverage=100 * measured["coverage"],

@@ -19,7 +19,7 @@ measurement steps of `bem.dataset.physical_steps`. It has more outputs, results 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,14 +78,14 @@ def file_content(
     return complete(graph, HISTORY, {"force": MATRIX}, ONNX_FORMAT, name, scaling, more)
 
 
-def network_content(model: keras.Model, features: str, name: str) -> bytes:
-    """Return the ONNX file of a network alone, as folders of models with bands hold it.
+def network_content(members: Sequence[keras.Model], features: str, name: str) -> bytes:
+    """Return the ONNX file of a network alone, the mean of its members, as folders of models with bands hold it.
 
     Its input `inputs`, float32 of shape `(steps, batch, channels + 1)`, are scaled channels and the scaled Tabor
     parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force.
 
     Args:
-        model: A model that appends the Tabor parameter to its channels.
+        members: Models that append the Tabor parameter to their channels.
         features: The feature set.
         name: Name of the model.
 
@@ -93,7 +93,9 @@ def network_content(model: keras.Model, features: str, name: str) -> bytes:
         The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    force = add_network(graph, model, graph.named("inputs").turned(1, 0, 2), None, appended=True)
+    given = graph.named("inputs").turned(1, 0, 2)
+    first, *more = (add_network(graph, one, given, None, appended=True) for one in members)
+    force = sum(more, first) / np.array(len(members), dtype=np.float32) if more else first
     graph.add("Squeeze", force.turned(1, 0, 2), [2], output="force")
     inputs, outputs = {"inputs": ["steps", "batch", width]}, {"force": ["steps", "batch"]}
     made = checked_model(graph.finish(name, inputs, outputs, TensorProto.FLOAT))

@@ -94,7 +94,8 @@ class OnnxGraph:
         return self._results[key]
 
     def weight(self, name: str, values: np.ndarray) -> Value:
-        """Add the weights of a network, converted to float32, under a name."""
+        """Add the weights of a network, converted to float32, under a name, or a new one if another network has it."""
+        name = f"{name}_{len(self.initializers)}" if name in self.initializers else name
         self.initializers[name] = np.ascontiguousarray(values, dtype=np.float32)
         return Value(self, name)
 

@@ -70,6 +70,9 @@ class Surrogate:
     ) -> None:
         self.network, self.steps, self.counts, self.bands = network, steps, counts, bands
 
+    def __repr__(self) -> str:
+        return f"<Surrogate: {self.name}{'' if self.bands is None else ', with bands'}>"
+
     @property
     def name(self) -> str:
         """Name of the model."""

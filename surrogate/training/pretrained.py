@@ -68,6 +68,8 @@ _RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=0.1),
 )
+RECORD = ("recipe", "best_epoch", "validation_mse", "cpu_seconds", "command", "start_sha256", "dataset_sha256")
+"""What `run.json` says of the training of each network."""
 RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
 
 
@@ -157,33 +159,53 @@ def train_model(
     *,
     held_out: tuple[int, int] = HELD_OUT,
     start: Path | None = None,
+    beside: Path | None = None,
     command: str = "",
     report: Report = lambda *_: None,
 ) -> Path:
     """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one.
 
-    With `start`, the folder of a published model, training goes on from its weights, with its scaling.
+    With `start`, the folder of a published model, training goes on from the weights of its members. With `beside`, such
+    a folder too, these stay as they are, and the model becomes the mean of them and a new one. Both keep its scaling.
     """
     training, choosing, calibrating = data.divided(held_out)
     shape = name, units, data.box.points_per_phase
-    model = started(lambda: network(*shape), recipe.seed)
-    if start is None:
+    published, begin, records = start or beside, [None], []
+    if published is None:
         box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
         scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
     else:
-        model.set_weights(weights_of(start / ONNX_NAME))
-        scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
+        scaling = replace(Scaling.load(published / "scaling.json"), dataset_sha256=data.sha256)
+        begin = members_of(published / ONNX_NAME, len(network(*shape).weights))
+    members = []
+    if beside:
+        for weights in begin:
+            members.append(network(*shape))
+            members[-1].set_weights(weights)
+        known = json.loads((beside / "run.json").read_text(encoding="utf-8"))
+        begin, records = [None], [{key: one[key] for key in RECORD} for one in known.get("members", [known])]
     asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe.as_dict()}
-    asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
+    asked |= {"published": sha256(published / ONNX_NAME)} if published else {}
     with locked(folder, asked):
-        examples = (joined_examples(parts, scaling) for parts in (training, choosing))
-        progress = fit(model, *examples, recipe, folder, facts=asked, report=report)
+        examples = [joined_examples(parts, scaling) for parts in (training, choosing)]
+        for weights in begin:
+            own = replace(recipe, seed=recipe.seed + len(members))
+            model = started(lambda: network(*shape), own.seed)
+            if weights:
+                model.set_weights(weights)
+            progress = fit(model, *examples, own, folder / f"{own.seed}", facts=asked, report=report)
+            members.append(with_weights(network(*shape), model))
+            facts = own.as_dict(), progress.best_epoch, progress.best_mse, progress.cpu_seconds, command
+            facts += (sha256(start / ONNX_NAME) if start else None, data.sha256)
+            records.append(dict(zip(RECORD, facts, strict=True)))
         target = folder / name
         target.mkdir(exist_ok=True)
-        content = network_content(with_weights(network(*shape), model), FEATURES, name)
+        content = network_content(members, FEATURES, name)
         (target / ONNX_NAME).write_bytes(content)
         scaling.save(target / "scaling.json")
-        shutil.copyfile(folder / "history.csv", target / "history.csv")
+        shutil.copyfile(folder / f"{own.seed}" / "history.csv", target / "history.csv")
+        mean = OnnxNetwork(content, scaling, name)
+        rest = mean.scaled(examples[1].sequence, examples[1].tabor) - examples[1].force[..., 0]
         run = {
             "format": RUN_FORMAT,
             "format_version": 1,
@@ -191,23 +213,17 @@ def train_model(
             "features": FEATURES,
             "layers": "dense" if name == "fast" else "LSTM",
             "units": list(units),
-            "parameters": model.count_params(),
+            "members": records,
+            "parameters": sum(one.count_params() for one in members),
             "counts": list(data.box.points_per_phase),
             "training_trajectories": sum(len(rows) for _, rows in training),
             "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
-            "seed": recipe.seed,
-            "recipe": recipe.as_dict(),
-            "best_epoch": progress.best_epoch,
-            "validation_mse": progress.best_mse,
-            "cpu_seconds": progress.cpu_seconds,
+            "validation_mse": float(np.mean(rest**2)),
             "backend": keras.backend.backend(),
             "versions": versions(),
-            "command": command,
-            "start_sha256": asked.get("start"),
-            "dataset_sha256": data.sha256,
         }
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
-        found = judged(OnnxNetwork(content, scaling, name), calibrating)
+        found = judged(mean, calibrating)
         _write_bands(target, Bands.calibrate(scaling.ranges, *found, len(calibrating[0][1])))
         seal_folder(target)
     return target
@@ -242,16 +258,19 @@ def _write_bands(folder: Path, bands: Bands) -> None:
         np.savez_compressed(file, **bands.as_arrays())
 
 
-def weights_of(path: Path) -> list[np.ndarray]:
-    """Return the weights of a network file in Keras's order: those of each LSTM, then of dense layers."""
-    weights = [numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer]
-    weights, found = [one for one in weights if one.dtype == np.float32 and one.ndim], []
-    while weights[0].ndim == 3:  # an LSTM
-        (kernel,), (recurrent,), (bias,) = weights[:3]
-        units, weights = recurrent.shape[1], weights[3:]
-        order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c
-        found += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
-    return [*found, *weights]
+def members_of(path: Path, count: int) -> list[list[np.ndarray]]:
+    """Return the weights, `count` arrays in Keras's order, of each network whose mean a network file is."""
+    arrays = [numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer]
+    arrays, found = [one for one in arrays if one.dtype == np.float32 and one.ndim], []
+    while arrays:
+        if arrays[0].ndim == 3:  # an LSTM
+            (kernel,), (recurrent,), (bias,) = arrays[:3]
+            units, arrays = recurrent.shape[1], arrays[3:]
+            order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c
+            found += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
+        else:
+            found.append(arrays.pop(0))
+    return [found[at : at + count] for at in range(0, len(found), count)]
 
 
 def main() -> None:
@@ -261,6 +280,7 @@ def main() -> None:
     for one in Data.__annotations__:
         parser.add_argument(f"--{one}", type=Path, help="what `bem campaign` wrote, see above")
     parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
+    parser.add_argument("--beside", type=Path, help="such a folder; adds a network to the mean that a model is")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
     parser.add_argument("--calibrate", type=Path, help="data set to judge published models on, instead of training")
@@ -277,12 +297,13 @@ def main() -> None:
         recipe, more = RECIPES[name], ""
         if chosen.epochs:
             recipe, more = replace(recipe, epochs=chosen.epochs), f" --epochs {chosen.epochs}"
-        more += f" --start {chosen.start}" if chosen.start else ""
+        old = {"start": chosen.start, "beside": chosen.beside}
+        more += "".join(f" --{key} {path}" for key, path in old.items() if path)
         files = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
         command = f"python -m surrogate.training.pretrained {name} {files}{more}"
-        start = chosen.start and chosen.start / name
         given = (name, UNITS[name], recipe, data, chosen.runs / name)
-        made = train_model(*given, start=start, command=command, report=print_epoch)
+        folders = {key: path and path / name for key, path in old.items()}
+        made = train_model(*given, **folders, command=command, report=print_epoch)
         target = chosen.publish / name
         shutil.copytree(made, target, dirs_exist_ok=True)
         print(f"{name}: {target}")

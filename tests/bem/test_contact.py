@@ -49,6 +49,7 @@ def test_a_copy_looks_ahead_and_leaves_the_contact_as_it_was():
     before = (contact.time, contact.force, contact.indentation, contact.contact_radius)
     ahead = contact.copy()
     pulled = ahead.advance(0.2, indentation=3.0)
+    assert repr(ahead).startswith("<Contact: time 1.2, indentation 3, force ")
     assert (contact.time, contact.force, contact.indentation, contact.contact_radius) == before
     assert contact.advance(0.2, indentation=3.0) == pulled
 

@@ -32,6 +32,7 @@ def protocol(**changes):
 
 def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
     found = banded.predict(SCENE, LOADING)
+    assert repr(banded) == "<Surrogate: fast, with bands>"
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL, modulus_ratio=0.1)
     np.testing.assert_array_equal([found.time, found.indentation], [times[0], indentations[0]])
     sequence = channels(times, indentations, edge_from_counts(COUNTS, 1), "F", tabor=np.ones(1), modulus_ratio=0.1)

@@ -14,6 +14,7 @@ pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
 RECIPE = replace(pretrained.RECIPES["accurate"], epochs=1, batch_size=16)
 
+PROTOCOL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
 ELASTIC = {"modulus_ratio": np.full(COUNT, 1.0)}
 
 
@@ -31,13 +32,12 @@ def data():
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path):
     folder = train(data, tmp_path, command="some")
     model = load_banded(folder)
-    protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    found = model.predict(SCENE, protocol)
+    found = model.predict(SCENE, PROTOCOL)
     assert np.isfinite(found.force).all()
     assert np.isfinite(found.hysteresis_interval).all()
     assert found.pull_off_interval[0] < found.pull_off_force < found.pull_off_interval[1]
     run = json.loads((folder / "run.json").read_text())
-    assert (run["units"], run["counts"], run["command"]) == ([6], [22, 8, 72], "some")
+    assert (run["units"], run["counts"], run["members"][0]["command"]) == ([6], [22, 8, 72], "some")
     assert run["training_trajectories"] == COUNT - 56 + COUNT
     assert run["calibration_trajectories"] == 40 + 2 * COUNT
     before = (folder / "model.onnx").read_bytes()
@@ -55,14 +55,38 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
 def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, name):
     first = train(data, tmp_path / "first", name=name)
     network = pretrained.network(name, (6,), PHYSICAL)
-    network.set_weights(pretrained.weights_of(first / "model.onnx"))
+    count = len(network.weights)
+    network.set_weights(pretrained.members_of(first / "model.onnx", count)[0])
     model = load_banded(first)
     sequence, tabor = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
     np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
     again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), name=name, start=first)
-    for one, other in zip(*(pretrained.weights_of(path / "model.onnx") for path in (first, again)), strict=True):
+    old, new = (pretrained.members_of(path / "model.onnx", count)[0] for path in (first, again))
+    for one, other in zip(old, new, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
-    assert json.loads((again / "run.json").read_text())["start_sha256"]
+    assert json.loads((again / "run.json").read_text())["members"][0]["start_sha256"]
+
+
+@pytest.mark.parametrize("name", ["fast", "accurate"])
+def test_a_network_beside_published_ones_makes_the_model_their_mean(data, tmp_path, name):
+    first = train(data, tmp_path / "first", name=name)
+    both = train(data, tmp_path / "both", replace(RECIPE, learning_rate=1e-9), name=name, beside=first)
+    given = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
+    forces = []
+    for weights in pretrained.members_of(both / "model.onnx", len(pretrained.network(name, (6,), PHYSICAL).weights)):
+        network = pretrained.network(name, (6,), PHYSICAL)
+        network.set_weights(weights)
+        forces.append(np.asarray(network(list(given)))[..., 0])
+    model = load_banded(both)
+    assert np.ptp(forces, axis=0).max() > 1e-3
+    np.testing.assert_allclose(np.mean(forces, axis=0), model.network.scaled(*given), atol=1e-5)
+    np.testing.assert_allclose(forces[0], load_banded(first).network.scaled(*given), atol=1e-5)
+    members = json.loads((both / "run.json").read_text())["members"]
+    assert [one["recipe"]["seed"] for one in members] == [0, 1]
+    if name == "accurate":
+        predicted, stream = model.predict(SCENE, PROTOCOL), model.stream(SCENE)
+        edge = np.isin(np.arange(102), [21, 29])
+        np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
 
 
 def test_a_network_of_the_whole_history_does_not_stream(data, tmp_path):
