@@ -170,20 +170,21 @@ def train_model(
     """
     training, choosing, calibrating = data.divided(held_out)
     shape = name, units, data.box.points_per_phase
-    published, begin, records = start or beside, [None], []
+    published = start or beside
+    begin: list[list[np.ndarray] | None] = [None]
+    records: list[dict] = []
     if published is None:
         box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
         scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
     else:
         scaling = replace(Scaling.load(published / "scaling.json"), dataset_sha256=data.sha256)
-        begin = members_of(published / ONNX_NAME, len(network(*shape).weights))
+        begin = [*members_of(published / ONNX_NAME, len(network(*shape).weights))]
     members = []
     if beside:
         for weights in begin:
             members.append(network(*shape))
             members[-1].set_weights(weights)
-        known = json.loads((beside / "run.json").read_text(encoding="utf-8"))
-        begin, records = [None], [{key: one[key] for key in RECORD} for one in known.get("members", [known])]
+        begin, records = [None], json.loads((beside / "run.json").read_text(encoding="utf-8"))["members"]
     asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe.as_dict()}
     asked |= {"published": sha256(published / ONNX_NAME)} if published else {}
     with locked(folder, asked):
