@@ -31,8 +31,8 @@ from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
 TRAINED = """\
-- **Trained by**: {by}, seed {recipe[seed]}, {recipe[epochs]} epochs, the weights of epoch {best_epoch}:
-  `{command}`"""
+- **Network**: {layers} layers of {sizes} units, trained by {by}, seed {recipe[seed]}, {recipe[epochs]} epochs,
+  the weights of epoch {best_epoch}: `{command}`"""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
@@ -83,7 +83,7 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         measured: What `experiments errors_by_place` measured.
     """
     run, scaling = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "scaling"))
-    places, members = measured["models"][folder.name], run["members"]
+    places = measured["models"][folder.name]
     worst = max(places["corners"], key=lambda one: one["pull_off"][1])
     cells = []
     for words, one in {"all": places["box"], **places["edges"], "the corner that errs most": worst}.items():
@@ -94,9 +94,10 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         "pretrained_card",
         name=folder.name,
         run=run,
-        mean=f"the mean of {len(members)} networks, each with " if len(members) > 1 else "",
-        recipes="\n".join(TRAINED.format(**one, by=one["recipe"]["optimizer"].upper()) for one in members),
-        units=" and ".join(map(str, run["units"])),
+        recipes="\n".join(
+            TRAINED.format(**one, sizes=" and ".join(map(str, one["units"])), by=one["recipe"]["optimizer"].upper())
+            for one in run["members"]
+        ),
         measured=measured,
         coverage=100 * measured["coverage"],
         corners=len(places["corners"]),

@@ -82,7 +82,8 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
     """Return the ONNX file of a network alone, the mean of its members, as folders of models with bands hold it.
 
     Its input `inputs`, float32 of shape `(steps, batch, channels + 1)`, are scaled channels and the scaled Tabor
-    parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force.
+    parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force. Where some members are causal
+    and others see whole histories, either kind weighs half, and the output `causal` is the mean of the former.
 
     Args:
         members: Models that append the Tabor parameter to their channels.
@@ -93,13 +94,21 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
         The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    given = graph.named("inputs").turned(1, 0, 2)
-    first, *more = (add_network(graph, one, given, None, appended=True) for one in members)
-    force = sum(more, first) / np.array(len(members), dtype=np.float32) if more else first
-    graph.add("Squeeze", force.turned(1, 0, 2), [2], output="force")
-    inputs, outputs = {"inputs": ["steps", "batch", width]}, {"force": ["steps", "batch"]}
-    made = checked_model(graph.finish(name, inputs, outputs, TensorProto.FLOAT))
+    given, kinds = graph.named("inputs").turned(1, 0, 2), {True: list[Value](), False: list[Value]()}
+    for one in members:
+        causal = all(type(layer).__name__ != "ChosenSteps" for layer in one.layers)
+        kinds[causal].append(add_network(graph, one, given, None, appended=True))
+    means = [_mean(values) for values in kinds.values() if values]
+    outputs = {"force": _mean(means)} | ({"causal": means[0]} if len(means) == 2 else {})
+    for key, value in outputs.items():
+        graph.add("Squeeze", value.turned(1, 0, 2), [2], output=key)
+    shapes: dict[str, list[Any]] = {key: ["steps", "batch"] for key in outputs}
+    made = checked_model(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
     return made.SerializeToString(deterministic=True)
+
+
+def _mean(values: list[Value]) -> Value:
+    return sum(values[1:], values[0]) / np.array(len(values), dtype=np.float32) if len(values) > 1 else values[0]
 
 
 def unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:

@@ -77,7 +77,13 @@ def _network(
     if graph.input[0].name == INPUT:
         shape = graph.input[0].type.tensor_type.shape.dim
         graph.node[0].input[0] = "channels"
-        return nodes, "channels", graph.output[0].name, shape[2].dim_value
+        force = graph.output[-1].name  # of the causal members, where there are others
+        wanted, needed = {force}, []
+        for node in reversed(nodes):
+            if wanted & set(node.output):
+                needed.insert(0, node)
+                wanted |= set(node.input)
+        return needed, "channels", force, shape[2].dim_value
     casts = [(at, node) for at, node in enumerate(nodes) if node.op_type == "Cast"]
     (_, channels), (begin, told) = [(at, one) for at, one in casts if one.attribute[0].i == TensorProto.FLOAT]
     end, last = casts[-1]

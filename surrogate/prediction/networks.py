@@ -128,7 +128,7 @@ class OnnxNetwork(Network):
 
     def _run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
         try:
-            found: np.ndarray = self.session.run(None, inputs)[0]
+            found: np.ndarray = self.session.run(["force"], inputs)[0]
         except Exception as error:
             shape = max((np.shape(values) for values in inputs.values()), key=len)
             raise ValueError(

@@ -15,8 +15,10 @@ import argparse
 import hashlib
 import json
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import keras
 import numpy as np
@@ -44,6 +46,8 @@ from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
 
 FEATURES = "F"
+Member = tuple[keras.Model, dict[str, Any]]
+"""A network, and what `run.json` says of it."""
 RUN_FORMAT = "viscoelastic-contact-pretrained"
 RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
 """Of the design, which its trajectories fill."""
@@ -55,8 +59,11 @@ SCALED = 60_000
 
 HELD_OUT = (8_000, 14_016)
 """How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
+KINDS = {"fast": "dense", "accurate": "LSTM"}
+"""Layers of the networks that are trained: dense ones see the whole history at once."""
 UNITS = {"fast": (256, 256, 256), "accurate": (128, 64)}
-"""Of the dense layers of `fast`, which sees the whole history at once, and of each LSTM of `accurate`."""
+MIXED = {"accurate": "fast"}
+"""Whose networks a model is the mean of besides its own."""
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
@@ -68,8 +75,18 @@ _RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=0.1),
 )
-RECORD = ("recipe", "best_epoch", "validation_mse", "cpu_seconds", "command", "start_sha256", "dataset_sha256")
-"""What `run.json` says of the training of each network."""
+RECORD = (
+    "layers",
+    "units",
+    "recipe",
+    "best_epoch",
+    "validation_mse",
+    "cpu_seconds",
+    "command",
+    "start_sha256",
+    "dataset_sha256",
+)
+"""What `run.json` says of each network and its training."""
 RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
 
 
@@ -117,18 +134,18 @@ class Data:
         )
 
 
-def network(name: str, units: tuple[int, ...], counts: tuple[int, int, int]) -> keras.Model:
+def network(kind: str, units: Sequence[int], counts: tuple[int, int, int]) -> keras.Model:
     """Build an untrained network.
 
     Args:
-        name: `"fast"` for dense layers on the steps that tell a history of its protocol, else LSTMs and the readout
-            that all models share.
+        kind: `"dense"` for dense layers on the steps that tell a history of its protocol, `"LSTM"` for LSTMs and the
+            readout that all models share.
         units: Of each layer.
         counts: Points of loading, dwell and unloading.
     """
     sequence, tabor = inputs(FEATURES)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor)
-    if name != "fast":
+    if kind == "LSTM":
         for number, size in enumerate(units, 1):
             hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
         return keras.Model([sequence, tabor], readout(hidden))
@@ -153,69 +170,68 @@ def telling_steps(counts: tuple[int, int, int]) -> list[int]:
 def train_model(
     name: str,
     units: tuple[int, ...],
-    recipe: Recipe,
+    recipe: Recipe | None,
     data: Data,
     folder: Path,
     *,
     held_out: tuple[int, int] = HELD_OUT,
     start: Path | None = None,
     beside: Path | None = None,
+    mixed: Path | None = None,
     command: str = "",
     report: Report = lambda *_: None,
 ) -> Path:
     """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one.
 
-    With `start`, the folder of a published model, training goes on from the weights of its members. With `beside`, such
-    a folder too, these stay as they are, and the model becomes the mean of them and a new one. Both keep its scaling.
+    With `start`, the folder of a published model, training goes on from the weights of its own networks. With `beside`,
+    such a folder too, these stay as they are, and there is one network more, or none without a recipe. Both keep its
+    scaling. With `mixed`, that of another model, the mean of its networks and the mean of the own ones weigh half each.
     """
     training, choosing, calibrating = data.divided(held_out)
-    shape = name, units, data.box.points_per_phase
-    published = start or beside
+    counts, published, kind = data.box.points_per_phase, start or beside, KINDS[name]
     begin: list[list[np.ndarray] | None] = [None]
-    records: list[dict] = []
+    members: list[Member] = []
     if published is None:
         box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
         scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
     else:
         scaling = replace(Scaling.load(published / "scaling.json"), dataset_sha256=data.sha256)
-        begin = [*members_of(published / ONNX_NAME, len(network(*shape).weights))]
-    members = []
-    if beside:
-        for weights in begin:
-            members.append(network(*shape))
-            members[-1].set_weights(weights)
-        begin, records = [None], json.loads((beside / "run.json").read_text(encoding="utf-8"))["members"]
-    asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe.as_dict()}
+        own = [one for one in members_of(published) if one[1]["layers"] == kind]
+        begin, members = ([one.get_weights() for one, _ in own], []) if start else (begin, own)
+    place = published or folder
+    asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe and recipe.as_dict()}
     asked |= {"published": sha256(published / ONNX_NAME)} if published else {}
     with locked(folder, asked):
-        examples = [joined_examples(parts, scaling) for parts in (training, choosing)]
-        for weights in begin:
-            own = replace(recipe, seed=recipe.seed + len(members))
-            model = started(lambda: network(*shape), own.seed)
+        choose = joined_examples(choosing, scaling)
+        examples = joined_examples(training, scaling) if recipe else choose
+        for weights in begin if recipe else []:
+            another = replace(recipe, seed=recipe.seed + len(members))
+            model, place = started(lambda: network(kind, units, counts), another.seed), folder / f"{another.seed}"
             if weights:
                 model.set_weights(weights)
-            progress = fit(model, *examples, own, folder / f"{own.seed}", facts=asked, report=report)
-            members.append(with_weights(network(*shape), model))
-            facts = own.as_dict(), progress.best_epoch, progress.best_mse, progress.cpu_seconds, command
-            facts += (sha256(start / ONNX_NAME) if start else None, data.sha256)
-            records.append(dict(zip(RECORD, facts, strict=True)))
+            progress = fit(model, examples, choose, another, place, facts=asked, report=report)
+            facts = kind, list(units), another.as_dict(), progress.best_epoch, progress.best_mse, progress.cpu_seconds
+            facts += command, sha256(start / ONNX_NAME) if start else None, data.sha256
+            bare = with_weights(network(kind, units, counts), model)
+            members.append((bare, dict(zip(RECORD, facts, strict=True))))
+        if mixed:
+            theirs = Scaling.load(mixed / "scaling.json")
+            members += [(rescaled(one, theirs, scaling), record) for one, record in members_of(mixed)]
         target = folder / name
         target.mkdir(exist_ok=True)
-        content = network_content(members, FEATURES, name)
+        content = network_content([one for one, _ in members], FEATURES, name)
         (target / ONNX_NAME).write_bytes(content)
         scaling.save(target / "scaling.json")
-        shutil.copyfile(folder / f"{own.seed}" / "history.csv", target / "history.csv")
+        shutil.copyfile(place / "history.csv", target / "history.csv")
         mean = OnnxNetwork(content, scaling, name)
-        rest = mean.scaled(examples[1].sequence, examples[1].tabor) - examples[1].force[..., 0]
+        rest = mean.scaled(choose.sequence, choose.tabor) - choose.force[..., 0]
         run = {
             "format": RUN_FORMAT,
             "format_version": 1,
             "name": name,
             "features": FEATURES,
-            "layers": "dense" if name == "fast" else "LSTM",
-            "units": list(units),
-            "members": records,
-            "parameters": sum(one.count_params() for one in members),
+            "members": [record for _, record in members],
+            "parameters": sum(one.count_params() for one, _ in members),
             "counts": list(data.box.points_per_phase),
             "training_trajectories": sum(len(rows) for _, rows in training),
             "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
@@ -259,19 +275,41 @@ def _write_bands(folder: Path, bands: Bands) -> None:
         np.savez_compressed(file, **bands.as_arrays())
 
 
-def members_of(path: Path, count: int) -> list[list[np.ndarray]]:
-    """Return the weights, `count` arrays in Keras's order, of each network whose mean a network file is."""
-    arrays = [numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer]
-    arrays, found = [one for one in arrays if one.dtype == np.float32 and one.ndim], []
+def members_of(folder: Path) -> list[Member]:
+    """Return the networks whose mean a published model is, each with its record in `run.json`."""
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    arrays = [numpy_helper.to_array(one) for one in onnx.load(folder / ONNX_NAME).graph.initializer]
+    arrays, weights, found = [one for one in arrays if one.dtype == np.float32 and one.ndim], [], []
     while arrays:
         if arrays[0].ndim == 3:  # an LSTM
             (kernel,), (recurrent,), (bias,) = arrays[:3]
             units, arrays = recurrent.shape[1], arrays[3:]
             order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c
-            found += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
+            weights += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
         else:
-            found.append(arrays.pop(0))
-    return [found[at : at + count] for at in range(0, len(found), count)]
+            weights.append(arrays.pop(0))
+    for record in run["members"]:
+        model = network(record["layers"], record["units"], tuple(run["counts"]))
+        own, weights = weights[: len(model.weights)], weights[len(model.weights) :]
+        model.set_weights(own)
+        found.append((model, record))
+    return found
+
+
+def rescaled(model: keras.Model, old: Scaling, new: Scaling) -> keras.Model:
+    """Return a network of dense layers that computes the same of channels and force in another scaling."""
+    first, last = model.get_layer("dense_1"), model.get_layer("forces")
+    kernel, bias = first.get_weights()
+    (mean, width), (other, size) = (
+        (np.append(one.channel_mean, one.tabor[0]), np.append(one.channel_scale, one.tabor[1])) for one in (old, new)
+    )
+    repeats = len(kernel) // len(mean)
+    shift = np.tile((other - mean) / width, repeats)
+    first.set_weights([kernel * np.tile(size / width, repeats)[:, np.newaxis], bias + shift @ kernel])
+    kernel, bias = last.get_weights()
+    (mean, width), (other, size) = old.force, new.force
+    last.set_weights([kernel * width / size, (bias * width + mean - other) / size])
+    return model
 
 
 def main() -> None:
@@ -285,7 +323,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
     parser.add_argument("--calibrate", type=Path, help="data set to judge published models on, instead of training")
-    parser.add_argument("--epochs", type=int, help="instead of those of the recipe; the rate falls to zero in these")
+    parser.add_argument("--epochs", type=int, help="instead of the recipe's; 0 --beside: only publish again")
     chosen = parser.parse_args()
     if chosen.calibrate:
         for name in chosen.names:
@@ -296,14 +334,16 @@ def main() -> None:
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
         recipe, more = RECIPES[name], ""
-        if chosen.epochs:
-            recipe, more = replace(recipe, epochs=chosen.epochs), f" --epochs {chosen.epochs}"
+        if chosen.epochs is not None:
+            recipe = replace(recipe, epochs=chosen.epochs) if chosen.epochs else None
+            more = f" --epochs {chosen.epochs}"
         old = {"start": chosen.start, "beside": chosen.beside}
         more += "".join(f" --{key} {path}" for key, path in old.items() if path)
         files = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
         command = f"python -m surrogate.training.pretrained {name} {files}{more}"
         given = (name, UNITS[name], recipe, data, chosen.runs / name)
         folders = {key: path and path / name for key, path in old.items()}
+        folders["mixed"] = chosen.publish / MIXED[name] if name in MIXED else None
         made = train_model(*given, **folders, command=command, report=print_epoch)
         target = chosen.publish / name
         shutil.copytree(made, target, dirs_exist_ok=True)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from bem.dataset.measurement_steps import PHYSICAL
+from surrogate.data.features import channels
 from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
 from tests.surrogate.prediction.predicting import SCENE
@@ -37,7 +37,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert np.isfinite(found.hysteresis_interval).all()
     assert found.pull_off_interval[0] < found.pull_off_force < found.pull_off_interval[1]
     run = json.loads((folder / "run.json").read_text())
-    assert (run["units"], run["counts"], run["members"][0]["command"]) == ([6], [22, 8, 72], "some")
+    assert (run["members"][0]["units"], run["counts"], run["members"][0]["command"]) == ([6], [22, 8, 72], "some")
     assert run["training_trajectories"] == COUNT - 56 + COUNT
     assert run["calibration_trajectories"] == 40 + 2 * COUNT
     before = (folder / "model.onnx").read_bytes()
@@ -54,14 +54,12 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
 @pytest.mark.parametrize("name", ["fast", "accurate"])
 def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, name):
     first = train(data, tmp_path / "first", name=name)
-    network = pretrained.network(name, (6,), PHYSICAL)
-    count = len(network.weights)
-    network.set_weights(pretrained.members_of(first / "model.onnx", count)[0])
+    ((network, _),) = pretrained.members_of(first)
     model = load_banded(first)
     sequence, tabor = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
     np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
     again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), name=name, start=first)
-    old, new = (pretrained.members_of(path / "model.onnx", count)[0] for path in (first, again))
+    old, new = (pretrained.members_of(path)[0][0].get_weights() for path in (first, again))
     for one, other in zip(old, new, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
     assert json.loads((again / "run.json").read_text())["members"][0]["start_sha256"]
@@ -72,21 +70,41 @@ def test_a_network_beside_published_ones_makes_the_model_their_mean(data, tmp_pa
     first = train(data, tmp_path / "first", name=name)
     both = train(data, tmp_path / "both", replace(RECIPE, learning_rate=1e-9), name=name, beside=first)
     given = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
-    forces = []
-    for weights in pretrained.members_of(both / "model.onnx", len(pretrained.network(name, (6,), PHYSICAL).weights)):
-        network = pretrained.network(name, (6,), PHYSICAL)
-        network.set_weights(weights)
-        forces.append(np.asarray(network(list(given)))[..., 0])
+    forces = [np.asarray(network(list(given)))[..., 0] for network, _ in pretrained.members_of(both)]
     model = load_banded(both)
     assert np.ptp(forces, axis=0).max() > 1e-3
     np.testing.assert_allclose(np.mean(forces, axis=0), model.network.scaled(*given), atol=1e-5)
     np.testing.assert_allclose(forces[0], load_banded(first).network.scaled(*given), atol=1e-5)
     members = json.loads((both / "run.json").read_text())["members"]
     assert [one["recipe"]["seed"] for one in members] == [0, 1]
-    if name == "accurate":
-        predicted, stream = model.predict(SCENE, PROTOCOL), model.stream(SCENE)
-        edge = np.isin(np.arange(102), [21, 29])
-        np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
+
+
+def test_a_mean_with_networks_of_another_model_has_their_forces_and_streams_its_own(data, tmp_path):
+    other = replace(data.box, protocols={**data.box.protocols, "tabor": 1.1 * data.box.protocols["tabor"]})
+    dense = train(replace(data, box=other), tmp_path / "dense")
+    recurrent = train(data, tmp_path / "recurrent", name="accurate")
+    mixed = train(data, tmp_path / "mixed", None, name="accurate", beside=recurrent, mixed=dense)
+    fast, slow, mean = (load_banded(path) for path in (dense, recurrent, mixed))
+    assert fast.scaling.tabor != slow.scaling.tabor
+    parts = [one.scaling.force[0] + one.scaling.force[1] * _scaled(one) for one in (fast, slow, mean)]
+    np.testing.assert_allclose(0.5 * (parts[0] + parts[1]), parts[2], atol=1e-5)
+    predicted, stream = slow.predict(SCENE, PROTOCOL), mean.stream(SCENE)
+    edge = np.isin(np.arange(102), [21, 29])
+    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
+    kinds = [one["layers"] for one in json.loads((mixed / "run.json").read_text())["members"]]
+    assert kinds == ["LSTM", "dense"]
+    again = train(data, tmp_path / "again", None, name="accurate", beside=mixed, mixed=dense)
+    np.testing.assert_allclose(_scaled(load_banded(again)), _scaled(mean), atol=1e-6)
+
+
+def _scaled(model):
+    found = model.predict(SCENE, PROTOCOL)
+    sequence = channels(
+        found.time[None], found.indentation[None], np.isin(np.arange(102), [21, 29])[None].astype(float), "F",
+        tabor=np.array([SCENE.tabor]), modulus_ratio=np.array([SCENE.material.modulus_ratio]),
+    )  # fmt: skip
+    told = model.scaling.scale_tabor(np.array([SCENE.tabor]))
+    return model.network.scaled(model.scaling.scale_channels(sequence), told)
 
 
 def test_a_network_of_the_whole_history_does_not_stream(data, tmp_path):
