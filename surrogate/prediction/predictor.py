@@ -242,6 +242,8 @@ class Surrogate:
     def stream(self, scene: Scene) -> Stream:
         """Start the step-by-step prediction of one history, for control loops.
 
+        Of `accurate`, which is a mean, the networks that need no later steps predict alone; they err more than all do.
+
         Args:
             scene: The scene; see `predict`.
 
