@@ -35,7 +35,8 @@ def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
             if tool["protocols"] < most:
                 axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[kind])
             if kind == "solver" and tool["setting"] in NAMED:
-                beside(axes, tool["setting"], (seconds, error), color, -5)
+                # On the left of `draft` are the pretrained models.
+                beside(axes, tool["setting"], (seconds, error), color, 9 if tool["setting"] == "draft" else -5)
     for tool in tools:
         if tool.get("model") and tool["way"] == "ONNX batch":
             axes.plot(*place(tool), "o", color=models_style.color(tool["model"]), markersize=2.4)

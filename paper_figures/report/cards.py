@@ -30,9 +30,8 @@ from paper_figures.style.writing import number, table_rows
 from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
-TRAINED = """\
-- **Network**: {layers} layers of {sizes} units, trained by {by}, seed {recipe[seed]}, {recipe[epochs]} epochs,
-  the weights of epoch {best_epoch}: `{command}`"""
+TRAINED = """- **Network**: {layers} layers of {units} units, trained by {recipe[optimizer]}, seed {recipe[seed]}, {recipe[epochs]}
+  epochs, the weights of epoch {best_epoch}: `{command}`"""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
@@ -94,10 +93,7 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         "pretrained_card",
         name=folder.name,
         run=run,
-        recipes="\n".join(
-            TRAINED.format(**one, sizes=" and ".join(map(str, one["units"])), by=one["recipe"]["optimizer"].upper())
-            for one in run["members"]
-        ),
+        recipes="\n".join(TRAINED.format(**one) for one in run["members"]),
         measured=measured,
         coverage=100 * measured["coverage"],
         corners=len(places["corners"]),

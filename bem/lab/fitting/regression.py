@@ -282,7 +282,8 @@ class Fitted:
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
         if self.problem.data.white:
             count = float(np.count_nonzero(self.counted))
-            gained = count * np.log(max(self.residuals @ self.residuals, 1e-300) / max(rest @ rest, 1e-300))
+            before, after = (max(float(np.linalg.norm(each)), 1e-300) for each in (self.residuals, rest))
+            gained = 2.0 * count * np.log(before / after)
         else:
             other = dataclasses.replace(self, residuals=rest, jacobian=both)
             count, gained = other.independent, self.criterion(other) - other.criterion(other)
