@@ -15,8 +15,8 @@ from bem.plots import COLOURS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.drawing import KINDS, paper_seconds
 
-NAMED = ("draft", "standard", "reference")
-"""Accuracies of the solver that are named."""
+NAMED = {"draft": 9, "standard": -5, "reference": -5}
+"""Accuracies of the solver that are named, and how far beside: the pretrained models are on the left of `draft`."""
 PEER = "Adhesion"
 PRETRAINED = ("fast", "accurate")
 
@@ -35,8 +35,7 @@ def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
             if tool["protocols"] < most:
                 axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[kind])
             if kind == "solver" and tool["setting"] in NAMED:
-                # On the left of `draft` are the pretrained models.
-                beside(axes, tool["setting"], (seconds, error), color, 9 if tool["setting"] == "draft" else -5)
+                beside(axes, tool["setting"], (seconds, error), color, NAMED[tool["setting"]])
     for tool in tools:
         if tool.get("model") and tool["way"] == "ONNX batch":
             axes.plot(*place(tool), "o", color=models_style.color(tool["model"]), markersize=2.4)

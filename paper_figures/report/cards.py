@@ -30,8 +30,8 @@ from paper_figures.style.writing import number, table_rows
 from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
-TRAINED = """- **Network**: {layers} layers of {units} units, trained by {recipe[optimizer]}, seed {recipe[seed]}, {recipe[epochs]}
-  epochs, the weights of epoch {best_epoch}: `{command}`"""
+TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
+  {recipe[epochs]} epochs, weights of epoch {best_epoch}: `{command}`"""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
