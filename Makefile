@@ -11,7 +11,7 @@ MAKEFLAGS += --no-builtin-rules
 # What a user may set. It reaches the shell and names files, so that it is plain words: several of NAMES, else one.
 NAMES := ONLY MORE_MODELS PRETRAINED
 SETTINGS := $(NAMES) MODEL RECIPE EPOCHS JOBS COUNT EXTRA OUT PUBLISHED CONFIGS SMOKE SCRATCH REPORT VENV TEST_WORKERS \
-	BUSY HOURS START DEMO_MODEL DEMO_PORT
+	BUSY HOURS START WAY DEMO_MODEL DEMO_PORT
 UNPLAIN := ; & | < > ( ) { } [ ] * ? ! ' " ` \ % : = $$ \#
 faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $(subst [$(strip $(2))],,[$(2)]) \
 	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \

@@ -238,6 +238,7 @@ def train_model(
             "validation_mse": float(np.mean(rest**2)),
             "backend": keras.backend.backend(),
             "versions": versions(),
+            "command": command,
         }
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         found = judged(mean, calibrating)
