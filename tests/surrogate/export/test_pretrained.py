@@ -94,10 +94,14 @@ def require_same(found, expected, indentations, scaling):
         assert finite.all() == (name in ("force", *RESULTS))
         pair = found[name][finite], values[finite]
         if name in CURVES:
-            atol = 2e-5 if name == "force" else 2e-4
-            np.testing.assert_allclose(*map(scaling.scale_force, pair), rtol=0.0, atol=atol, err_msg=name)
+            ours, theirs, force = map(scaling.scale_force, (*pair, expected["force"][finite]))
+            # A band of a vertex of the ranges is several units wide.
+            allowed = 2e-5 if name == "force" else np.maximum(2e-4, 1e-3 * np.abs(theirs - force))
+            np.testing.assert_array_less(np.abs(ours - theirs), allowed, err_msg=name)
             continue
         rounding = 2e-5 * areas if name.startswith("hysteresis") else np.zeros(len(areas))
+        if name in INTERVALS:  # a thousandth of the width; more of that of an elastic loop
+            rounding += (5e-3 if name.startswith("hysteresis") else 1e-3) * (np.where(finite, values, 0.0) @ [-1.0, 1.0])
         allowed = np.broadcast_to(rounding.reshape(-1, *[1] * (values.ndim - 1)), values.shape)[finite]
         assert np.all(np.abs(pair[0] - pair[1]) <= 1e-4 * (1.0 + np.abs(pair[1])) + allowed), name
 
