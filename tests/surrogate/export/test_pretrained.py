@@ -100,8 +100,9 @@ def require_same(found, expected, indentations, scaling):
             np.testing.assert_array_less(np.abs(ours - theirs), allowed, err_msg=name)
             continue
         rounding = 2e-5 * areas if name.startswith("hysteresis") else np.zeros(len(areas))
-        if name in INTERVALS:  # a thousandth of the width; more of that of an elastic loop
-            rounding += (5e-3 if name.startswith("hysteresis") else 1e-3) * (np.where(finite, values, 0.0) @ [-1.0, 1.0])
+        if name in INTERVALS:
+            share = 5e-3 if name.startswith("hysteresis") else 1e-3
+            rounding += share * (np.where(finite, values, 0.0) @ [-1.0, 1.0])
         allowed = np.broadcast_to(rounding.reshape(-1, *[1] * (values.ndim - 1)), values.shape)[finite]
         assert np.all(np.abs(pair[0] - pair[1]) <= 1e-4 * (1.0 + np.abs(pair[1])) + allowed), name
 
