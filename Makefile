@@ -142,6 +142,7 @@ $(OUT)/dataset/extra.h5: CAMPAIGN = $(VENV)/bin/bem campaign --design paper --se
 $(OUT)/dataset/physical.h5: CAMPAIGN += --steps physical
 $(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design sobol --count 236016
 $(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design edges --count 150000 --seed 1
+$(OUT)/dataset/any_solid_deep.h5: CAMPAIGN = $(ANY_SOLID) 0.1:1 --design sobol --count 48000 --seed 4 --range peak_indentation=40:100 --range unloading_rate=100:1000
 $(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design corners --count 32000 --seed 2
 $(OUT)/dataset/any_solid_elastic.h5: CAMPAIGN = $(ANY_SOLID) 0.95:1 --design sobol --count 12000 --seed 3
 
@@ -176,9 +177,9 @@ model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8
 more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c model-large)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 ANY := $(OUT)/dataset/any_solid
-pretrained: setup $(ANY).h5 $(ANY)_edges.h5 $(ANY)_corners.h5 $(ANY)_elastic.h5  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 430,016 trajectories first)
-	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 --edges $(ANY)_edges.h5 --corners $(ANY)_corners.h5 \
-		--elastic $(ANY)_elastic.h5 --runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained \
+pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep corners elastic)  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 478,016 trajectories first)
+	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep corners elastic,--$(set) $(ANY)_$(set).h5) \
+		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained \
 		$(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 

@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem._support.text_files import plain
 from bem._support.wording import shown
 from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
 from bem.cli.summary import STILL_ATTACHED
@@ -97,6 +98,7 @@ def simulate_si(
     largest_tabor: LargestTabor = 3.0,
     force_sign: ForceSign = "tension",
     accuracy: Accuracy = "standard",
+    as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
     csv: Annotated[File, option("Write time, indentation, force and contact radius in SI here.")] = None,
     plot: Annotated[
         File, option("Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
@@ -136,6 +138,12 @@ def simulate_si(
         write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
     for warning in warned or ():
         typer.echo(f"bem: {warning.message}", err=True)
+    if as_json:
+        arrays = {name: column.values for name, column in curve.columns().items()}
+        typer.echo(
+            json.dumps(plain(curve.summary() | {"detached": curve.detached, "tabor": setup.physical_tabor} | arrays))
+        )
+        return
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
         "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.pull_off_force > 0.0 else "none",

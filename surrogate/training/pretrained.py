@@ -1,12 +1,13 @@
 """Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
 
-    python -m surrogate.training.pretrained fast accurate --box b.h5 --edges e.h5 --corners c.h5 --elastic n.h5
+    python -m surrogate.training.pretrained fast --box b.h5 --edges e.h5 --deep d.h5 --corners c.h5 --elastic n.h5
 
 `make pretrained` simulates these data sets by `bem campaign`, with the designs `sobol`, `edges` and `corners`, modulus
-ratios from 0.01 to 1 and physical steps, and then trains. An interrupted training is resumed by the same command. The
-protocols at the edges and most of those in the box are for training. Of the last ones in the box, some choose the
-epoch, and others calibrate the bands, together with those in the corners and those of nearly elastic solids, with
-modulus ratios from 0.95 to 1. `--calibrate` judges published models on one more data set, and trains nothing.
+ratios from 0.01 to 1 and physical steps, and then trains. An interrupted training is resumed by the same command. Most
+protocols in the box, those at its edges, and those that press deep and unload fast (narrow peaks after large forces,
+where networks err most) are for training. Of the last ones in the box, some choose the epoch, and others calibrate the
+bands, together with those in the corners and those of nearly elastic solids, with modulus ratios from 0.95 to 1.
+`--calibrate` judges published models on one more data set, and trains nothing.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _REC
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets of protocols in the box of the ranges, at its edges, in its corners, and of nearly elastic solids.
+    """Data sets: in the box of the ranges, at its edges, deep and unloaded fast, in its corners, nearly elastic.
 
     Raises:
         ValueError: one of them has other steps, or no modulus ratios of its own.
@@ -100,6 +101,7 @@ class Data:
 
     box: TrajectoryDataset
     edges: TrajectoryDataset
+    deep: TrajectoryDataset
     corners: TrajectoryDataset
     elastic: TrajectoryDataset
 
@@ -127,7 +129,7 @@ class Data:
         train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
         edges = self.edges.completed
         return (
-            [(self.box, train), (self.edges, edges)],
+            [(self.box, train), (self.edges, edges), (self.deep, self.deep.completed)],
             [(self.box, choose)],
             [(self.edges, edges[:FITTED]), (self.box, calibrate)]
             + [(one, one.completed) for one in (self.corners, self.elastic)],

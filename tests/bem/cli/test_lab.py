@@ -44,6 +44,15 @@ def test_simulate_with_a_radius_is_in_si(tmp_path):
     assert curve.indentation.max() == pytest.approx(3e-7)
 
 
+def test_the_result_in_si_is_json_on_request(tmp_path):
+    path = tmp_path / "a.csv"
+    found = json.loads(succeeded(app, ["simulate", "--json", *options(csv=str(path))]).stdout)
+    curve = ForceCurve.read(path)
+    np.testing.assert_allclose(found["force"], curve.force, rtol=1e-8)
+    assert (found["force_sign"], found["detached"]) == ("tension", False)
+    assert found["pull_off_force"] == pytest.approx(curve.pull_off_force)
+
+
 def test_units_are_understood_in_the_command():
     plain = CliRunner().invoke(app, ["simulate-si", *options()])
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
