@@ -27,7 +27,6 @@ from bem.solver.records import (
     PROFILE,
     RECORD,
     Marched,
-    Records,
     new_records,
     with_record,
 )
@@ -144,12 +143,12 @@ def _power(shape: Shape, radius: float) -> float:
 
 
 @kernel
-def _with_radius(records: Records, shape: Shape, device: Device, time: float, control: float, radius: float) -> Records:
-    """The records with the elastic contact of one more radius."""
+def _record(row: np.ndarray, shape: Shape, device: Device, time: float, control: float, radius: float) -> None:
+    """Fill a row of `RECORD` with the elastic contact of a radius."""
     power = _power(shape, radius)
     force = 0.0 - shape.load * power * radius  # no negative zero
     depth = control + device.compliance * force if device.inward > 0.0 else shape.depth * power
-    return with_record(records, time, depth, force, radius)
+    row["time"], row["indentation"], row["force"], row["contact_radius"] = time, depth, force, radius
 
 
 @kernel
@@ -158,13 +157,14 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
 
     `density` is the number of records along the largest radius, enough for the monotone cubics between them.
     """
-    records, steps, energies, largest = new_records(), np.zeros(times.size - 1, np.int64), np.zeros(2), 1e-300
+    steps, energies, largest, filled = np.zeros(times.size - 1, np.int64), np.zeros(2), 1e-300, 1
+    states = np.empty(1 + 2 * steps.size * np.int64(np.ceil(density)), RECORD)
     for control in controls:
         largest = max(largest, _radius_under(shape, device, control))
     n, last = shape.exponent, _radius_under(shape, device, controls[0])
     stored = shape.depth * shape.load * n / (2.0 * n + 1.0)
     energies[0] = stored * last ** (2.0 * n + 1.0)
-    records = _with_radius(records, shape, device, times[0], controls[0], last)
+    _record(states[0], shape, device, times[0], controls[0], last)
     for s in range(steps.size):
         begin, first = times[s], controls[s]
         meets = controls[s] * controls[s + 1] < 0.0  # or parts: both pieces of the segment are followed
@@ -180,14 +180,14 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
                 reached = device.inward * shape.depth * power + device.compliance * shape.load * power * radius
                 part = (reached - first) / (control - first)
                 instant, value = begin + (end - begin) * part, first + (control - first) * part
-                records = _with_radius(records, shape, device, instant, value, radius)
-            records = _with_radius(records, shape, device, end, control, last)
-            steps[s] += count
+                _record(states[filled + k - 1], shape, device, instant, value, radius)
+            filled, steps[s] = filled + count, steps[s] + count
+            _record(states[filled - 1], shape, device, end, control, last)
             begin, first = end, control
     energies[1] = stored * last ** (2.0 * n + 1.0)
-    work, states = new_work(), records.states[: records.filled[0]]
-    work[STEPS], work[MULTIPLY_ADDS] = np.sum(steps), 30 * states.size
-    return Marched(states, np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
+    work = new_work()
+    work[STEPS], work[MULTIPLY_ADDS] = filled - 1, 30 * filled
+    return Marched(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
 
 
 def _elements(
