@@ -22,6 +22,13 @@ def train(data, folder, recipe=RECIPE, held_out=(16, 40), name="fast", **given):
     return pretrained.train_model(name, (6,), recipe, data, folder, held_out=held_out, **given)
 
 
+def assert_streams(model, own):
+    """A stream of `model` has the forces that `own` predicts."""
+    predicted, stream = own.predict(SCENE, PROTOCOL), model.stream(SCENE)
+    edge = np.isin(np.arange(102), [21, 29])
+    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
+
+
 @pytest.fixture(scope="module")
 def data():
     """Any forces that depend on the inputs and have a peak: the solver's are not needed to go through the motions."""
@@ -77,6 +84,8 @@ def test_a_network_beside_published_ones_makes_the_model_their_mean(data, tmp_pa
     np.testing.assert_allclose(forces[0], load_banded(first).network.scaled(*given), atol=1e-5)
     members = json.loads((both / "run.json").read_text())["members"]
     assert [one["recipe"]["seed"] for one in members] == [0, 1]
+    if name == "accurate":
+        assert_streams(model, model)
 
 
 def test_a_mean_with_networks_of_another_model_has_their_forces_and_streams_its_own(data, tmp_path):
@@ -88,9 +97,7 @@ def test_a_mean_with_networks_of_another_model_has_their_forces_and_streams_its_
     assert fast.scaling.tabor != slow.scaling.tabor
     parts = [symlog(one.predict(SCENE, PROTOCOL).force) for one in (fast, slow, mean)]
     np.testing.assert_allclose(0.5 * (parts[0] + parts[1]), parts[2], atol=1e-5)
-    predicted, stream = slow.predict(SCENE, PROTOCOL), mean.stream(SCENE)
-    edge = np.isin(np.arange(102), [21, 29])
-    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
+    assert_streams(mean, slow)
     kinds = [one["layers"] for one in json.loads((mixed / "run.json").read_text())["members"]]
     assert kinds == ["LSTM", "dense"]
     again = train(data, tmp_path / "again", None, name="accurate", beside=mixed, mixed=dense)
