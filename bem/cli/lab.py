@@ -17,7 +17,6 @@ from typer.core import TyperGroup
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
-from bem._support.text_files import plain
 from bem._support.wording import shown
 from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
 from bem.cli.summary import STILL_ATTACHED
@@ -111,6 +110,7 @@ def simulate_si(
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
+    from bem._support.text_files import plain
     from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.lab.units import readable
 
