@@ -179,8 +179,7 @@ more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c
 ANY := $(OUT)/dataset/any_solid
 pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep corners elastic)  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 478,016 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep corners elastic,--$(set) $(ANY)_$(set).h5) \
-		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained \
-		$(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
+		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
 PUBLISHED_STUDIES := accuracy-price feature-sets data-efficiency ranking model-forces
