@@ -72,7 +72,7 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 ##@ Figures, tables and studies (short)
 
 COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
-	figure-surrogate-map figure-measurement-floor figure-inverse
+	figure-measurement-floor figure-inverse
 COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
@@ -226,8 +226,8 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem \
-	surrogate-map lab-coverage stream-latency limits
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place ways-to-call inverse-problem \
+	lab-coverage stream-latency limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements except the soak and those of other software
 
 ##@ Development

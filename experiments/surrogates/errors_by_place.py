@@ -1,8 +1,9 @@
 """Errors of `fast` and `accurate`, coverage and widths of their intervals, over the ranges, at their edges and corners.
 
-An edge is the outermost fifth of one range, in its logarithm; a corner is where all six are. Errors are relative to the
-solver's pull-off force, and to its loop area or, if this is more, a hundredth of its work of loading. Protocols are
-drawn from the seed of the command line.
+An edge is the outermost fifth of one range, in its logarithm; a corner is where all six are; a vertex is an end of the
+paper's five ranges, at its modulus ratio. A model of the paper is judged at this ratio alone, and has no intervals.
+Errors are relative to the solver's pull-off force, and to its loop area or, if this is more, a hundredth of its work of
+loading. Protocols are drawn from the seed of the command line.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import typer
 import surrogate
 from bem import Trajectory
 from bem.dataset.designs import OUTERMOST, PAPER_RANGES, Design
+from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, Hidden
 from experiments.measurements.harness import Count
 from experiments.measurements.tools import predicted
@@ -24,29 +26,36 @@ COVERAGE = 0.9
 RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
 LEVELS = (0.5, 0.9, 0.999)
 INSIDE = (*RESULTS, *BANDS)
+PAPER = "M1-concat"
+"""Model of the paper that is judged, too."""
+PLACES = ("paper", "vertices", "box")
+"""At the paper's modulus ratio, over the ranges and at their ends, and over all ranges."""
 MOST_IN_A_CORNER = 3.0
 """Aim: the largest 90th percentile of a corner, over that of the whole ranges."""
 
 
 def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -> dict[str, np.ndarray]:
     """Errors in percent, what lies inside, and widths over the result in percent, of each protocol."""
-    found, rows = predicted(model, name, hidden, coverage=COVERAGE), []
+    banded = name in BANDED
+    found, rows = predicted(model, name, hidden, **({"coverage": COVERAGE} if banded else {})), []
     for one, true in zip(found, exact, strict=True):
         turn = int(np.argmax(true.indentation)) + 1
         pressing = abs(float(np.trapezoid(true.force[:turn], true.indentation[:turn])))  # type: ignore[attr-defined]
         unit = max(true.hysteresis, 0.01 * pressing)
+        rows.append([abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit])
+        if not banded:
+            continue
         force = true.at(np.minimum(one.time, true.time[-1]))
         intervals = one.pull_off_interval, one.pull_off_time_interval, one.hysteresis_interval
         values = true.pull_off_force, true.pull_off_time, true.hysteresis
         inside = [low <= value <= high for (low, high), value in zip(intervals, values, strict=True)]
         inside.append(np.mean((one.force_lower <= force) & (force <= one.force_upper)))
         inside.append(np.all((one.curve_lower <= force) & (force <= one.curve_upper)))
-        errors = abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit
         widths = [np.ptp(one.pull_off_interval) / true.pull_off_force, np.ptp(one.hysteresis_interval) / unit]
-        rows.append([*errors, *inside, *widths])
+        rows[-1] += [*inside, *widths]
     columns = np.array(rows, dtype=float).T
     names = ("pull_off", "hysteresis", *(f"inside/{name}" for name in INSIDE), "width/pull_off", "width/hysteresis")
-    return {key: values if "inside" in key else 100.0 * values for key, values in zip(names, columns, strict=True)}
+    return {key: values if "inside" in key else 100.0 * values for key, values in zip(names, columns, strict=False)}
 
 
 def summary(found: dict[str, np.ndarray], rows: np.ndarray) -> dict[str, Any]:
@@ -67,7 +76,8 @@ def places(hidden: Hidden) -> np.ndarray:
 def limits_text(errors_by_place: Any) -> str:
     """What both models reach of the aims for errors in pull-off force and hysteresis, and of those for coverage."""
     words, lowest = [], dict.fromkeys(INSIDE, 1.0)
-    for name, found in errors_by_place["models"].items():
+    for name in BANDED:
+        found = errors_by_place["models"][name]
         box, corners = found["box"], found["corners"]
         parts = [one["pull_off"][1] / box["pull_off"][1] for one in corners]
         errors = "pull-off force by " + ", ".join(f"{value:.2g}" for value in box["pull_off"])
@@ -100,15 +110,18 @@ def study(
     number, at = (1 << np.arange(6)) @ (places(corners) > 0.5), places(box)
     ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}
     edges = {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
-    exact = [list(one.simulated()) for one in (box, corners)]
-    for name in BANDED:
-        model = surrogate.load(name)
-        found, there = (judged(model, name, *pair) for pair in zip((box, corners), exact, strict=True))
-        content["models"][name] = rows = {
-            "box": summary(found, np.ones(count, dtype=bool)),
-            "edges": {words: summary(found, chosen) for words, chosen in edges.items() if chosen.any()},
-            "corners": [summary(there, number == one) for one in range(64)],
-        }
-        for place, one in (("box", rows["box"]), *rows["edges"].items(), *enumerate(rows["corners"])):
+    paper = Hidden(box.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
+    exact = [(one, list(one.simulated())) for one in (paper, Hidden.corners(MODULUS_RATIO), box, corners)]
+    for name in (*BANDED, PAPER):
+        model, banded = surrogate.load(name), name in BANDED
+        found = [judged(model, name, *pair) for pair in exact[: None if banded else 2]]
+        whole = [summary(one, np.ones(len(one["pull_off"]), dtype=bool)) for one in found]
+        rows = content["models"][name] = dict(zip(PLACES, whole, strict=False))
+        if banded:
+            rows["edges"] = {words: summary(found[2], chosen) for words, chosen in edges.items() if chosen.any()}
+            rows["corners"] = [summary(found[3], number == one) for one in range(64)]
+        named = {place: one for place, one in rows.items() if place in PLACES} | rows.get("edges", {})
+        for place, one in named.items():
             print(name, place, {key: np.round(value, 3) for key, value in one.items()})
+    print(limits_text(content))
     return content

@@ -139,7 +139,8 @@ def study(
     for place, variant in wanted.items():
         if trained[place].get("hidden", {}).get("count") != config["hidden"]:
             data = TrajectoryDataset.load(variant.dataset or dataset)
-            if folder := kept_folder(variant, data, work=work, models=models):
+            folder = kept_folder(variant, data, work=work, models=models)
+            if folder and (folder / "model.weights.h5").is_file():
                 kept[variant.label] = (folder, PARTS[place[0]])
     if kept:
         found, floor = hidden_errors(kept, config["hidden"])

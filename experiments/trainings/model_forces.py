@@ -4,7 +4,7 @@ The digest that all trainings record (`dataset_sha256`) covers the protocols, no
 version of the solver changes within its accuracy. A model belongs to the shipped file if two conditions hold: the
 statistics of the training forces in its `scaling.json` are those of the file, and the mean error of its weights on the
 test part of the file is the mean of its `test_errors.csv`. The statistics cannot be computed again if a second data set
-joined the training; the errors alone then decide.
+joined the training, the errors if the weights are not published; the other condition alone then decides.
 """
 
 import math
@@ -52,7 +52,9 @@ def study(dataset: Path, models: Path) -> dict[str, Any]:
     for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):
         folder, two = path.parent, read_json(path).get("extra_dataset_sha256")
         agree = two or forces_agree(folder, data, Split.load(folder / "split.json").train)
-        difference = error_difference(folder, data)
-        found[folder.name] = {"belongs": bool(agree and difference <= SAME_ERROR), "error_difference": difference}
+        weights = (folder / "model.weights.h5").is_file()
+        difference = error_difference(folder, data) if weights else None
+        belongs = agree and (difference or 0.0) <= SAME_ERROR
+        found[folder.name] = {"belongs": bool(belongs), "error_difference": difference}
     others = [name for name, one in found.items() if not one["belongs"]]
     return {"forces_sha256": data.forces_sha256, "models": found, "others": others}

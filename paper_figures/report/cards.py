@@ -32,6 +32,12 @@ from surrogate.export.onnx_file import seal_folder
 CARD = "README.md"
 TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
   {recipe[epochs]} epochs, weights of epoch {best_epoch}: `{command}`"""
+USES = {
+    "model.onnx": '`surrogate predict {name}`, or `surrogate.load("{name}")` from Python.',
+    "model.weights.h5": '`surrogate.load("{name}", backend="keras")` from Python; `surrogate export` writes ONNX.',
+    "run.json": "for comparison; the weights are not published, the command trains them again.",
+}
+"""How a model is used, by the first of these files that is published."""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 INSIDE = ("pull_off", "pull_off_time", "hysteresis", "force", "curve")
 
@@ -62,6 +68,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
     return filled(
         "model_card",
         name=folder.name,
+        use=next(words for file, words in USES.items() if (folder / file).is_file()).format(name=folder.name),
         run=run,
         recipe=tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
         parameters=metrics["parameters"],

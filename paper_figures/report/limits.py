@@ -41,11 +41,11 @@ def draft_text(accuracy_cost: Any) -> str:
     return f"by {usual} % (95th percentile) and by at most {worst} % on {accuracy_cost['protocols']} held-out protocols"
 
 
-def pretrained_text(pretrained_errors: Any) -> str:
+def pretrained_text(ways_to_call: Any) -> str:
     """What one call costs, and how far gradients are off."""
-    models, seconds = pretrained_errors["models"], pretrained_errors["seconds"]
+    seconds, gradients = ways_to_call["seconds"], ways_to_call["gradients"]["errors"]
     cheaper = seconds["solver"]["batch"] / seconds["fast"]["batch"]
-    off = {name: number(pretrained_errors["gradients"]["tools"][name]["common"]["p50"], 2) for name in models}
+    off = {name: number(one["p50"], 2) for name, one in gradients.items()}
     return (
         f"`fast` is {cheaper:.0f} times cheaper than the solver at standard accuracy, and a single call takes "
         f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms). Gradients by central differences of the "
@@ -53,11 +53,11 @@ def pretrained_text(pretrained_errors: Any) -> str:
     )
 
 
-def vertices_text(pretrained_errors: Any) -> str:
+def vertices_text(errors_by_place: Any) -> str:
     """Coverage and errors at the vertices of the ranges."""
-    corners = {name: one["corners"] for name, one in pretrained_errors["models"].items()}
-    held = " and ".join(f"{corners[name]['covered']:.2f} (`{name}`)" for name in ("accurate", "fast"))
-    errors = ", ".join(f"{number(one['pull_off']['p90'], 2)} % ({name})" for name, one in corners.items())
+    corners = {name: one["vertices"] for name, one in errors_by_place["models"].items()}
+    held = " and ".join(f"{corners[name]['inside/pull_off']:.2f} (`{name}`)" for name in ("accurate", "fast"))
+    errors = ", ".join(f"{number(one['pull_off'][1], 2)} % ({name})" for name, one in corners.items())
     return (
         f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value "
         f"in {held} of the cases; the errors at the 90th percentile are {errors}"

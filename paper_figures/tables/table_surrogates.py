@@ -1,6 +1,6 @@
-"""Table: errors, bands and cost of the pretrained models on hidden protocols.
+"""Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call.
 
-Reads the data of `experiments.surrogates.pretrained_errors`.
+Reads the data of `experiments.surrogates.errors_by_place` and `experiments.surrogates.ways_to_call`.
 """
 
 from typing import Any
@@ -11,70 +11,63 @@ from paper_figures.style.writing import Table, caption, number
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
-KINDS = {"paper": "0.1", "any": "0.01 to 1", "corners": "0.1, corners of the ranges"}
+PLACES = {"box": "0.01 to 1", "paper": "0.1", "vertices": "0.1, vertices of the ranges"}
+HELD = ("pull_off", "hysteresis")
 HEADS = [
     "Model",
     "Modulus ratio",
-    "Pull-off error (%), median, p90, p99",
+    "Pull-off error (%), median, p90, p99.9",
     "Hysteresis error (%), median, p90",
-    "Covered",
-    "Covered, fast unloading",
-    "Width of the band (%), median, p90",
+    "Covered: pull-off force, hysteresis",
+    "Width of the pull-off interval (%), median, p90",
     "Time in batches (ms)",
     "Single (ms)",
     "Solver over model, batches",
 ]
 
 
-def several(values: dict[str, float], *names: str) -> str:
+def several(values: list[float]) -> str:
     """Some quantiles."""
-    return ", ".join(f"{values[name]:.2g}" for name in names)
+    return ", ".join(f"{value:.2g}" for value in values)
 
 
-def rows(content: dict[str, Any]) -> list[list[str]]:
+def rows(errors_by_place: Any, ways_to_call: Any) -> list[list[str]]:
     """One row for each model and kind of protocols."""
-    found, solver = [], content["seconds"]["solver"]
-    for name, model in content["models"].items():
-        cost = content["seconds"][name]
-        for kind, errors in model.items():
-            banded = "covered" in errors
-            quick = errors.get("covered_fast")
-            found.append(
-                [
-                    name,
-                    KINDS[kind],
-                    several(errors["pull_off"], "p50", "p90", "p99"),
-                    several(errors["hysteresis"], "p50", "p90"),
-                    f"{errors['covered']:.2f}" if banded else "",
-                    "" if quick is None else f"{quick:.2f}",
-                    several(errors["width"], "p50", "p90") if banded else "",
-                    f"{1e3 * cost['batch']:.3f}",
-                    f"{1e3 * cost['single']:.2f}",
-                    f"{solver['batch'] / cost['batch']:.0f}",
-                ]
-            )
+    found, seconds = [], ways_to_call["seconds"]
+    for name, places in errors_by_place["models"].items():
+        cost, times = seconds[name], seconds["solver"]["batch"] / seconds[name]["batch"]
+        for place, words in PLACES.items():
+            if place in places:
+                one = places[place]
+                banded = "width/pull_off" in one
+                covered = ", ".join(f"{one[f'inside/{result}']:.2f}" for result in HELD) if banded else ""
+                widths = several(one["width/pull_off"][:2]) if banded else ""
+                errors = several(one["pull_off"]), several(one["hysteresis"][:2])
+                calls = f"{1e3 * cost['batch']:.3f}", f"{1e3 * cost['single']:.2f}", f"{times:.0f}"
+                found.append([name, words, *errors, covered, widths, *calls])
     return found
 
 
-def page_text(pretrained_errors: Any) -> str:
+def page_text(errors_by_place: Any, ways_to_call: Any) -> str:
     """The table for a page, and how it was made."""
-    return Table(HEADS, rows(pretrained_errors), f"Measured by `{pretrained_errors['command']}`.").page("ll" + 8 * "r")
+    commands = f"Measured by `{errors_by_place['command']}` and `{ways_to_call['command']}`."
+    return Table(HEADS, rows(errors_by_place, ways_to_call), commands).page("ll" + 7 * "r")
 
 
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
 
 
-def calls_text(pretrained_errors: Any) -> str:
+def calls_text(ways_to_call: Any) -> str:
     """The table of the ways to call for a page: times, the error of the gradient, and how it was made."""
-    gradients, rows = pretrained_errors["gradients"], []
-    for name in ("solver", *pretrained_errors["models"]):
-        seconds, errors = pretrained_errors["seconds"][name], gradients["tools"][name]["common"]
+    gradients, found = ways_to_call["gradients"], []
+    for name in ("solver", *ways_to_call["models"]):
+        seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
         times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
-        rows.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
+        found.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
     return (
-        f"{markdown_table(CALLS, rows, 'lrrrrr')}\n\n"
-        f"Errors of gradients on {gradients['count']} protocols, relative to the solver at {gradients['fine']:g}; "
-        f"measured by `{pretrained_errors['command']}` on {pretrained_errors['host']}."
+        f"{markdown_table(CALLS, found, 'lrrrrr')}\n\n"
+        f"Errors of gradients on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
+        f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
     )
 
 
@@ -95,14 +88,8 @@ def size_text(size_error: Any) -> str:
     )
 
 
-def compose(pretrained_errors: Any) -> Table:
+def compose(errors_by_place: Any, ways_to_call: Any) -> Table:
     """Write the table."""
-    return Table(
-        HEADS,
-        rows(pretrained_errors),
-        caption(
-            "surrogates",
-            solver=1e3 * pretrained_errors["seconds"]["solver"]["batch"],
-            **{name: pretrained_errors[name] for name in ("count", "coverage", "fast")},
-        ),
-    )
+    facts = {name: errors_by_place[name] for name in ("count", "coverage")}
+    solver = 1e3 * ways_to_call["seconds"]["solver"]["batch"]
+    return Table(HEADS, rows(errors_by_place, ways_to_call), caption("surrogates", solver=solver, **facts))

@@ -74,6 +74,7 @@ _RECIPE = Recipe(
     optimizer="soap",
     gradient_norm=1.0,
     weight_average=0.03,
+    peak_weight=20.0,
     cosine=Cosine(warmup_epochs=0.1),
 )
 RECORD = (

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates import inverse_problem, measurement_floor, pretrained_errors
+from experiments.surrogates import errors_by_place, inverse_problem, measurement_floor, ways_to_call
 from tests.experiments.shallow import DRAW, shallow
 
 CORNERS = Hidden.corners
@@ -19,7 +21,7 @@ def draft(monkeypatch):
     monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
     def simulated(case, accuracy):
-        assert accuracy in ("standard", pretrained_errors.FINE)
+        assert accuracy in ("standard", ways_to_call.FINE)
         return case.run("draft")
 
     monkeypatch.setattr(Case, "simulated", simulated)
@@ -50,8 +52,8 @@ def test_the_floor_of_both_kinds_of_steps():
 class Oracle:
     """A model that says what the solver says, off by one percent."""
 
-    def predict(self, scenes, protocols, coverage=pretrained_errors.COVERAGE):
-        assert coverage == pretrained_errors.COVERAGE
+    def predict(self, scenes, protocols, coverage=0.9):
+        assert coverage == ways_to_call.COVERAGE == errors_by_place.COVERAGE
         return [Answer(*pair) for pair in zip(scenes, protocols, strict=True)]
 
     def stream(self, _):
@@ -75,28 +77,48 @@ class Steps:
 class Answer:
     def __init__(self, scene, protocol):
         true = simulate(scene, protocol, "draft")
-        self.pull_off_force, self.hysteresis = 1.01 * true.pull_off_force, true.hysteresis
+        self.pull_off_force, self.hysteresis, self.time = 1.01 * true.pull_off_force, true.hysteresis, true.time
         self.pull_off_interval = (0.995 * true.pull_off_force, 1.5 * true.pull_off_force)
+        self.pull_off_time_interval = (true.pull_off_time + 1.0, true.pull_off_time + 2.0)
+        self.hysteresis_interval = (0.5 * true.hysteresis, 1.5 * true.hysteresis)
+        self.curve_lower, self.curve_upper = -np.inf, np.inf
+        self.force_lower, self.force_upper = (
+            true.force - 0.1,
+            true.force + np.where(true.time < true.time[-1], 0.1, -0.1),
+        )
 
 
-def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(monkeypatch):
-    monkeypatch.setattr(pretrained_errors.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
-    content = pretrained_errors.study(count=5, model=["fast", "M1-concat"])
-    for kind in ("paper", "any"):
-        found = content["models"]["fast"][kind]
-        assert found["pull_off"]["p50"] == pytest.approx(1.0)
-        assert found["hysteresis"]["p90"] == pytest.approx(0.0, abs=1e-9)
-        assert found["covered"] == 1.0
-    assert list(content["models"]["M1-concat"]) == ["paper", "corners"]
+def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch):
+    monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
+    drawn = SimpleNamespace(protocols=lambda count, _: shallow(count, errors_by_place.ANY_SOLID).quantities)
+    design = errors_by_place.Design
+    monkeypatch.setattr(errors_by_place, "Design", lambda one, **of: design(one, **of) if one == "corners" else drawn)
+    content = errors_by_place.study(count=4, corner=1, seed=3)["models"]
+    assert list(content["M1-concat"]) == ["paper", "vertices"]
+    for place in ("paper", "box"):
+        found = content["fast"][place]
+        np.testing.assert_allclose(found["pull_off"], 1.0, rtol=1e-9)
+        np.testing.assert_allclose(found["hysteresis"], 0.0, atol=1e-9)
+        assert [found[f"inside/{name}"] for name in errors_by_place.RESULTS] == [1.0, 0.0, 1.0]
+        assert 0.9 < found["inside/force"] < found["inside/curve"] == 1.0
+        np.testing.assert_allclose(found["width/pull_off"], 50.5, rtol=1e-9)
+    assert content["M1-concat"]["paper"] == {"count": 4, **{key: found[key] for key in ("pull_off", "hysteresis")}}
+    assert sum(one["count"] for one in content["fast"]["corners"]) == 64
+    assert content["fast"]["vertices"]["count"] == 1
+
+
+def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
+    monkeypatch.setattr(ways_to_call.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
+    content = ways_to_call.study(count=5, model=["fast", "M1-concat"])
     assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
     ways = {"batch", "single", "gradient"}
     assert {*content["seconds"]["M1-concat"]} == {*content["seconds"]["solver"]} == ways | {"step"}
     assert {*content["seconds"]["fast"]} == ways
     # As many steps as the paper's kind of model has, which was the last one called.
     assert (Steps.taken, Steps.marked) == (120, 2)
-    slopes = content["gradients"]["tools"]
+    slopes = content["gradients"]["errors"]
     # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
-    assert slopes["fast"]["common"]["p50"] == pytest.approx(slopes["solver"]["common"]["p50"])
+    assert slopes["fast"]["p50"] == pytest.approx(slopes["solver"]["p50"])
 
 
 def test_gradients_of_a_power_law_are_its_exponents():
@@ -104,16 +126,16 @@ def test_gradients_of_a_power_law_are_its_exponents():
     exponents = np.array([0.3, -0.2, 0.1, 0.05, 0.4, -0.6])
 
     def power_law(moved):
-        logs = [np.log(moved.quantities[name]) for name in pretrained_errors.QUANTITIES]
+        logs = [np.log(moved.quantities[name]) for name in ways_to_call.QUANTITIES]
         return np.exp(exponents @ np.array(logs))
 
-    found = pretrained_errors.gradient(power_law, hidden)
+    found = ways_to_call.gradient(power_law, hidden)
     np.testing.assert_allclose(found, np.tile(exponents, (3, 1)), atol=1e-9)
-    np.testing.assert_allclose(pretrained_errors.gradient(power_law, hidden, 5), found[:, :5], atol=1e-9)
+    np.testing.assert_allclose(ways_to_call.gradient(power_law, hidden, 5), found[:, :5], atol=1e-9)
     wrong = found * [1.1, 1.1, 1.1, 1.1, 1.1, 1.0] + [0.0, 0.0, 0.0, 0.0, 0.0, 0.02]
-    errors = pretrained_errors.gradient_errors(wrong, found)
-    assert errors["common"]["p50"] == pytest.approx(10.0)
-    assert pretrained_errors.gradient_errors(wrong[:, :5], found) == errors
+    errors = ways_to_call.gradient_errors(wrong, found)
+    assert errors["p50"] == pytest.approx(10.0)
+    assert ways_to_call.gradient_errors(wrong[:, :5], found) == errors
 
 
 def test_the_inverse_problem_is_described(monkeypatch):

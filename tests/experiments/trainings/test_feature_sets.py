@@ -83,6 +83,8 @@ def test_published_errors_are_kept_where_the_weights_are_not(tmp_path, dataset, 
     # A training whose weights are gone keeps its errors; one that is there is measured on as many protocols as asked.
     (tmp_path / "models").mkdir()
     (tmp_path / "gone" / "features-D").rename(tmp_path / "models" / "features-D")
+    (tmp_path / "gone" / "features-A").rename(tmp_path / "models" / "features-A")
+    (tmp_path / "models" / "features-A" / "model.weights.h5").unlink()
     more = run(tmp_path, dataset, physical, hidden=4)
     assert scored[1:] == [{"features-D": "uniform"}]
     assert [more["sets"][name]["hidden"]["count"] for name in "AD"] == [3, 4]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from experiments.places import Places
 from paper_figures.measurements import (
     figure_amortisation,
     figure_inverse,
@@ -79,12 +78,10 @@ def test_shares_above_an_error_and_levels_that_hold_a_share():
 
 
 def test_table_of_surrogates():
-    levels = {"p50": 0.5, "p90": 2.0, "p99": 7.0}
-    banded = dict.fromkeys(("pull_off", "hysteresis", "width"), levels) | {"covered": 0.91, "covered_fast": None}
-    models = {"fast": {"paper": banded, "any": banded}, "M1-concat": {"paper": {**banded, "covered": 0.5}}}
-    del models["M1-concat"]["paper"]["covered"]
-    errors = Places().read("pretrained_errors", "table-surrogates")
-    seconds = errors["seconds"] | {"solver": {"batch": 3e-3}, "fast": {"batch": 1e-4, "single": 5e-4}}
-    first, second, third = table_surrogates.rows({"models": models, "seconds": seconds})
-    assert first == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", "", "0.5, 2", "0.100", "0.50", "30"]
-    assert (second[1], third[4], third[6]) == ("0.01 to 1", "", "")
+    errors = {"pull_off": [0.5, 2.0, 7.0], "hysteresis": [0.5, 2.0, 9.0]}
+    banded = errors | {"inside/pull_off": 0.91, "inside/hysteresis": 0.88, "width/pull_off": [0.5, 2.0, 9.0]}
+    places = {"models": {"fast": {"paper": banded, "box": banded}, "M1-concat": {"paper": errors}}}
+    seconds = {"solver": {"batch": 3e-3}} | {name: {"batch": 1e-4, "single": 5e-4} for name in ("fast", "M1-concat")}
+    first, second, third = table_surrogates.rows(places, {"seconds": seconds})
+    assert first == ["fast", "0.01 to 1", "0.5, 2, 7", "0.5, 2", "0.91, 0.88", "0.5, 2", "0.100", "0.50", "30"]
+    assert (second[1], third[4], third[5]) == ("0.1", "", "")

@@ -1,10 +1,5 @@
-"""Where the solver and the surrogate have it hard: their maps, from made-up measurements."""
+"""Where the solver has it hard: the table, from made-up measurements."""
 
-import pytest
-
-from bem.dataset.designs import PAPER_RANGES
-from paper_figures.measurements import figure_surrogate_map
-from paper_figures.style import drawing
 from paper_figures.tables import table_hard_cases
 
 NUMBERS = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
@@ -27,21 +22,6 @@ def test_hard_cases_and_the_worst_of_their_energies():
     row = dict.fromkeys(NUMBERS, 1.0) | {"status": "completed", "refined_status": "completed"}
     cells = table_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
     assert cells[table_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
-
-
-def test_a_cell_of_the_map_is_a_median_and_a_model_trained_differently_is_told():
-    drawn = drawing.figure(height=2.0)
-    axes, (low, top), (bottom, high) = drawn.subplots(), PAPER_RANGES["tabor"], PAPER_RANGES["unloading_rate"]
-    protocols = {"tabor": [low, low, low, top], "unloading_rate": [high, high, high, bottom]}
-    test = {"protocols": protocols, "errors": {"force": [0.01, 0.02, 0.06, 0.1]}}
-    figure_surrogate_map.draw_map(drawn, axes, test, "tabor", "unloading_rate")
-    cells = axes.collections[0].get_array()
-    assert (cells[-1, 0], cells[0, -1]) == pytest.approx((2.0, 10.0))
-    case = {"index": 7, "errors": {"force": 0.1, "pull_off_force": 0.2}}
-    content = {"model": "M1-concat", "host": "h", "outdated": ["split", "recipe"], "worst": [case], "out_of_range": []}
-    table = figure_surrogate_map.worst_table(content)
-    assert list(table.rows[0]) == ["worst 1 (no. 7)", "1", "10", "20"]
-    assert "trained differently from those compared, with another split and recipe." in table.caption
 
 
 def test_the_soak_is_shown_among_the_hard_cases():

@@ -18,7 +18,6 @@ SHOWN = [name for name, module in modules().items() if any(part in module for pa
 SEVERAL = {
     "table-accuracy-cost": {"accuracy-cost", "fastest-tool"},
     "figure-amortisation": {"figure-amortisation", "amortisation"},
-    "figure-surrogate-map": {"figure-surrogate-map", "figure-surrogate-worst", "surrogate-map"},
 }
 """Names of what is drawn, where it is more than one thing."""
 

@@ -84,7 +84,21 @@ def test_an_interrupted_training_on_a_plateau_is_the_same(on_a_plateau, tiny):
     require_same(folder / "parts", folder / "whole")
 
 
-@pytest.mark.parametrize("table", [COSINE, "weight_average = 0.5\n", "dropout_until = 0.5\n"])
+def test_steps_around_the_largest_force_weigh_more(dataset, tmp_path):
+    force = np.zeros((2, 10, 1))
+    force[0, 1], force[1, 6] = 1.0, 2.0
+    weights = fitting.peak_weights(force, 4.0)
+    np.testing.assert_allclose(weights[0], np.where(np.arange(10) <= 3, 5.0, 1.0) / 2.8)
+    np.testing.assert_allclose(weights[1], np.where(np.abs(np.arange(10) - 6) <= 2, 5.0, 1.0) / 2.8)
+    plain, hardly, much = (
+        execute(run_of(dataset, tmp_path, table, epochs=1), tmp_path / f"{number}").best_mse
+        for number, table in enumerate(("", "peak_weight = 1e-9\n", "peak_weight = 50.0\n"))
+    )
+    assert hardly == pytest.approx(plain, rel=1e-4)
+    assert much != pytest.approx(plain, rel=1e-2)
+
+
+@pytest.mark.parametrize("table", [COSINE, "weight_average = 0.5\n", "dropout_until = 0.5\n", "peak_weight = 4.0\n"])
 def test_an_interrupted_training_is_the_same(table, least, dataset, tmp_path):
     run = run_of(dataset, tmp_path, table, epochs=4)
     assert execute(run, tmp_path / "whole").finished

@@ -1,9 +1,8 @@
-"""Errors, bands and cost of `fast` and `accurate` on hidden protocols, beside a model of the paper and the solver.
+"""What each way to call `fast`, `accurate` and a model of the paper costs, beside the solver, and errors of gradients.
 
-Hidden protocols are off the paper's grid, at its modulus ratio and at any; the corners of the paper's ranges are listed
-apart, since no training has more than a few protocols near them. The truth is the solver at standard accuracy: its own
-pull-off force and hysteresis. Processor seconds are of one thread, per trajectory, in a batch and in single calls, per
-gradient of the pull-off force and per step of a stream, taken in turns with the solver's.
+Processor seconds are of one thread, per trajectory, in a batch and in single calls, per gradient of the pull-off force
+and per step of a stream, taken in turns with the solver's, on hidden protocols of the paper's modulus ratio. Errors of
+forces are measured by `experiments.surrogates.errors_by_place`.
 
 The inputs F and their measurement steps are compiled and not differentiated automatically, so the gradient of a
 pretrained model is that of central differences of the network: twelve predictions for six quantities, of many protocols
@@ -20,7 +19,7 @@ import typer
 
 import surrogate
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import ANY_SOLID, Hidden, results_of
+from experiments.measurements.cases import Hidden, results_of
 from experiments.measurements.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
 from experiments.measurements.tools import predicted, streamed
@@ -30,10 +29,6 @@ from surrogate.prediction.files import BANDED as NAMES
 COVERAGE = 0.9
 WHOLE = ("fast",)
 """Models that see the whole history at once, so that they have no stream."""
-FAST = 100.0
-"""Unloading rate above which peaks are narrow."""
-TIMED = 128
-"""Protocols of one batch whose seconds are measured."""
 ROUNDS = 5
 COMMON = 5
 """The first ones, which a model of one material has too."""
@@ -72,28 +67,10 @@ def of_model(model: Any, name: str) -> PullOff:
     return lambda hidden: (one.pull_off_force for one in predicted(model, name, hidden))
 
 
-def gradient_errors(found: np.ndarray, true: np.ndarray) -> dict[str, dict[str, float]]:
+def gradient_errors(found: np.ndarray, true: np.ndarray) -> dict[str, float]:
     """Errors of gradients (n, 5) or (n, 6), of the quantities that all tools know, as a share of the gradient."""
     size = np.linalg.norm(true[:, :COMMON], axis=1)
-    return {"common": quantiles(np.linalg.norm(found[:, :COMMON] - true[:, :COMMON], axis=1) / size)}
-
-
-def compare(name: str, model: Any, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
-    """Errors of one model, and how often its bands contain the truth (n, 2)."""
-    found = predicted(model, name, hidden, coverage=COVERAGE)
-    results = results_of(found)
-    errors = np.abs(results / truth - 1.0)
-    content: dict[str, Any] = {"pull_off": quantiles(errors[:, 0]), "hysteresis": quantiles(errors[:, 1])}
-    if name in NAMES:
-        low, high = np.array([one.pull_off_interval for one in found]).T
-        inside = (low <= truth[:, 0]) & (truth[:, 0] <= high)
-        quick = hidden.quantities["unloading_rate"] > FAST
-        content |= {
-            "covered": float(inside.mean()),
-            "covered_fast": float(inside[quick].mean()) if quick.any() else None,
-            "width": quantiles((high - low) / results[:, 0]),
-        }
-    return content
+    return quantiles(np.linalg.norm(found[:, :COMMON] - true[:, :COMMON], axis=1) / size)
 
 
 def asked(name: str, model: Any, hidden: Hidden) -> list[Any]:
@@ -142,26 +119,14 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
 
 
 def study(
-    *, count: Count = 2000, model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None
+    *, count: Count = 128, model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None
 ) -> dict[str, Any]:
-    """Compare the models on hidden protocols, at the corners of the ranges, and their cost."""
+    """Compare the cost and the gradients of the models and the solver; the cases are the protocols of one batch."""
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}
-    errors: dict[str, dict[str, Any]] = {name: {} for name in models}
-    several = {
-        "paper": Hidden.draw(count, MODULUS_RATIO),
-        "any": Hidden.draw(count, ANY_SOLID),
-        "corners": Hidden.corners(MODULUS_RATIO),
-    }
-    for kind, hidden in several.items():
-        truth = results_of(hidden.simulated())
-        for name, one in models.items():
-            if kind != "any" or name in NAMES:
-                errors[name][kind] = compare(name, one, hidden, truth)
-    few = Hidden.draw(min(count, TIMED), MODULUS_RATIO)
-    content = {"count": count, "coverage": COVERAGE, "fast": FAST, "models": errors}
+    hidden = Hidden.draw(count, MODULUS_RATIO)
     tools: dict[str, PullOff] = {"solver": of_solver("standard")}
     tools |= {name: of_model(one, name) for name, one in models.items()}
-    true = gradient(of_solver(FINE), few)
-    slopes = {name: gradient_errors(gradient(tool, few, count_of(name)), true) for name, tool in tools.items()}
-    gradients = {"count": len(few), "difference": STEP, "fine": FINE, "tools": slopes}
-    return content | {"gradients": gradients, "seconds": cost(models, few)}
+    true = gradient(of_solver(FINE), hidden)
+    slopes = {name: gradient_errors(gradient(tool, hidden, count_of(name)), true) for name, tool in tools.items()}
+    gradients = {"difference": STEP, "fine": FINE, "errors": slopes}
+    return {"count": count, "models": list(models), "gradients": gradients, "seconds": cost(models, hidden)}
