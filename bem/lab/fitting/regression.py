@@ -269,7 +269,7 @@ class Fitted:
     def independent(self) -> float:
         """How many independent points the whitened residuals are worth."""
         white = self.white(self.residuals[self.counted])
-        slow = self.variance * self.weights.sum() ** 2
+        slow = self.slow[0] * self.weights.sum() ** 2
         return max(white.size / max(slow / max(np.mean(white**2), 1e-300), 1.0), 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
@@ -303,8 +303,11 @@ class Fitted:
 
     @property
     def variance(self) -> float:
-        """Of the residuals, as large as it would be if they were independent."""
-        return self.slow[0]
+        """Of the residuals, as large as it would be if they were independent.
+
+        The solver's own error and its bent valleys add to what a few low frequencies tell: there, at least of all.
+        """
+        return max(self.slow[0], self.misfit**2 if self.model.name == "solver" else 0.0)
 
     @property
     def quantile(self) -> float:

@@ -269,6 +269,19 @@ def test_slow_noise_is_that_of_independent_points_as_strong_at_low_frequencies(m
     assert np.mean(found) == pytest.approx((1.0 - memory) ** -2, rel=0.2)
 
 
+def test_intervals_of_the_solver_are_at_least_those_of_independent_residuals():
+    """Sixteen low frequencies may show less noise than there is, and the solver adds errors of its own."""
+    rng = np.random.default_rng(2)
+    curve, setup, _ = CLASSES["hertz"](rng)
+    data = measurement_of(curve, setup)
+    problem = Regression(LADDER["hertz"], data, hertz_line(data), ("relaxed_modulus", "contact_point"))
+    alternating = rng.standard_normal(len(problem)) + np.where(np.arange(len(problem)) % 2, 2.0, -2.0)
+    quiet = dataclasses.replace(problem.run(np.zeros(2)), residuals=alternating)
+    assert quiet.variance < 0.5 * quiet.misfit**2
+    solver = dataclasses.replace(quiet, problem=dataclasses.replace(problem, model=LADDER["solver"]))
+    assert solver.variance == pytest.approx(quiet.misfit**2)
+
+
 def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
     """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
     setup = BEAD.replaced(equilibrium_gap=90e-9)
