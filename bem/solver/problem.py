@@ -18,7 +18,7 @@ from bem.discretisation.influence import require_mesh
 from bem.discretisation.master_grid import master_grid, moves, needs_to_move, widened
 from bem.discretisation.mesh import fixed_mesh
 from bem.indenter import PARABOLOID, depth_factor, tension_without_deformation
-from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, PiecewiseLinearProtocol, default_start_indentation
 from bem.reference_solutions import hertz, jkr
 from bem.scene import Scene
 from bem.solver.extrapolation import Scales
@@ -30,6 +30,7 @@ _MOST_TENSION = 2.0  # of an elastic contact: without deformation (DMT); short-r
 _HARD_EDGE = 0.12  # share of the contact radius that the spacing of nodes is judged by without adhesion
 _NOISE = 0.04
 _FASTER, _DENT = 10.0, 0.6  # how much faster a reload is, from which steps are chosen by so much of the allowed error
+_LONG_DWELL, _CREPT = 10.0, 1.0  # in the longest retardation time; and in h0, by which a slow edge moves in it
 _LOCAL_WEIGHT_ELASTIC = 0.1  # the next step depends on what happens at the edge only where it is remembered
 
 
@@ -204,7 +205,7 @@ def _edge_resistances(scene: Scene, path: Path, deepest: float) -> np.ndarray:
     if isinstance(path, ForceProtocol):
         return np.zeros(path.times.size - 1)
     radius, shape = largest_contact_radius(deepest, scene.tabor, scene.exponent), scene.exponent
-    slowest = _slowest_of_cycles(path.rates)
+    slowest = _slowest_of_cycles(path.rates, _creep(scene, path))
     if scene.spring is not None:  # it takes up part of the stage's motion
         depth = max(deepest, 1.0)
         stiffness = (1.0 + 1.0 / shape) * float(hertz.force_from_indentation(depth, scene.tabor, shape)) / depth
@@ -212,12 +213,24 @@ def _edge_resistances(scene: Scene, path: Path, deepest: float) -> np.ndarray:
     return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times, shape)
 
 
-def _slowest_of_cycles(rates: np.ndarray) -> np.ndarray:
+def _creep(scene: Scene, path: PiecewiseLinearProtocol) -> np.ndarray:
+    """Speed of indentation that moves the edge as slowly as it creeps in each long dwell, infinite elsewhere, (s - 1,).
+
+    An edge that creeps for long comes to rest, and would stick before where a mesh were too coarse.
+    """
+    durations, near = np.diff(path.times), path.indentations[:-1] > default_start_indentation(scene.tabor)
+    long = (path.rates == 0.0) & near & (durations > _LONG_DWELL * max(scene.material.times, default=np.inf))
+    return np.where(long, _CREPT / durations, np.inf)
+
+
+def _slowest_of_cycles(rates: np.ndarray, creep: np.ndarray) -> np.ndarray:
     """Smallest speed in the cycle of each segment (s - 1,), a rise and the fall that follows; 0 where nothing moves."""
     moving = np.flatnonzero(rates)
     if not moving.size:
         return np.zeros(rates.size)
     rises = rates[moving] > 0.0
     first = np.flatnonzero(np.insert(~rises[:-1] | rises[1:], 0, True))  # of each cycle, among those that move
-    slowest = np.minimum.reduceat(np.abs(rates[moving]), first)
+    # A dwell belongs to the motion before it.
+    held = np.minimum.reduceat(creep, np.insert(moving[1:], 0, 0))
+    slowest = np.minimum.reduceat(np.minimum(np.abs(rates[moving]), held), first)
     return np.repeat(slowest, np.diff([0, *moving[first[1:]], rates.size]))

@@ -159,7 +159,8 @@ def follow(
     recent = start_recent(state, 0.0)
     forget_rate(memory)
     smallest, fixed = segment.smallest, problem.scheme.fixed
-    step, now, shortened = segment.first, 0.0, False
+    step, now, shortened, moved = segment.first, 0.0, False, False
+    stiff = 1.0 - np.sum(memory.strengths) < _STIFF_RESPONSE
     while now < segment.duration:
         if is_spent(work) or stop[0] != 0:
             outcome = OUT_OF_WORK if is_spent(work) else INTERRUPTED
@@ -175,9 +176,12 @@ def follow(
         factors = step_factors(memory, step, bends)
         remembered = remembered_in(memory, factors)
         can_shrink = step > 1.01 * smallest
+        # Other nodes carry other tractions, the more so the stiffer the solid: a shorter step would resolve how the
+        # difference fades, which is no part of the history.
         gap, traction, accepted, shrink = try_step(
-            problem, state, recent, factor, after, control, remembered, can_shrink, shortened, work
+            problem, state, recent, factor, after, control, remembered, can_shrink and not moved, shortened, work
         )
+        moved = False
         if not accepted and can_shrink:
             work[REJECTIONS] += 1
             step, shortened = max(shrink * step, smallest), True
@@ -247,6 +251,7 @@ def follow(
                 )
                 factor = new_factor(state.gap.size)
                 work[REMESHINGS] += 1
+                moved = stiff
     return Progress(state, memory, factor, records, mesh_chosen, outcome)
 
 

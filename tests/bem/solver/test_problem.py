@@ -41,6 +41,17 @@ def test_a_scene_without_a_spring_has_no_compliance():
     assert problem_of(Scene(1.0, spring=4.0), PATH, accuracy).device.compliance == 0.25
 
 
+@pytest.mark.parametrize(
+    ("depth", "dwell", "finer"), [(10.0, 9.0, False), (10.0, 11.0, True), (10.0, 1e3, True), (-20.0, 1e3, False)]
+)
+def test_a_long_dwell_in_contact_takes_a_finer_mesh(depth, dwell, finer):
+    """An edge that creeps to rest sticks at the nodes of the mesh that fast ramps allow."""
+    scene, accuracy = Scene(3.0, StandardLinearSolid(0.1)), resolve_accuracy("standard")
+    held = PiecewiseLinearProtocol([0.0, 0.1, 0.1 + dwell, 0.2 + dwell], [-30.0, depth, depth, -30.0])
+    spacing, fast = (problem_of(scene, path, accuracy).controls.edge_spacing for path in (held, PATH))
+    assert (spacing < 0.95 * fast) is finer
+
+
 FAST, SLOW, HOLD = [20.0, 0.0, -20.0], [1e-3, -1e-3], [0.0]
 
 
