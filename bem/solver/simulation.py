@@ -47,11 +47,12 @@ from bem.solver.records import (
 )
 from bem.solver.time_stepping import march
 from bem.solver.work import MOST_OF_A_DRAFT, MOST_WORK, work_by_name
-from bem.tractions import HardContact
+from bem.tractions import HardContact, TractionLaw
 from bem.trajectory import Jump, Statistics, Trajectory
 
 _SHORT = 300  # instants of a protocol
 _MOST_REFINEMENTS = 3  # each halves the target error
+_FLAT, _LONG_RANGED = 4.0, 1.0  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "remeshings")
 REASONS = {
     COMPLETED: "completed",
@@ -153,7 +154,7 @@ def _as_asked(found: Trajectory, scene: Scene, lighter: Lighter) -> Trajectory:
 
 def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
     """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
-    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact):
+    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact) or _ends_at_a_rim(scene):
         return None
     started = time.perf_counter()
     try:
@@ -163,6 +164,12 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     if result.outcome == NO_EQUILIBRIUM:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
+
+
+def _ends_at_a_rim(scene: Scene) -> bool:
+    """Whether attraction ends at a narrow rim far outside the contact, too narrow for the meshes of the branch."""
+    steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
+    return steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
 
 
 def _followed(

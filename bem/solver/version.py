@@ -9,8 +9,8 @@ as exact as the step control needs, loops of elastic contacts by their energy; 3
 are accelerated; 4, a smooth traction between the nodes, and fewer of them; 5, stability judged anew after a step that
 was shortened; 6, elastic contacts of Tabor parameters from 4.5 on follow the curve of their equilibria always; 7, all
 elastic contacts with adhesion do, and contacts without adhesion are answered by closed forms; 8, a finer mesh for edges
-that creep through dwells of more than ten retardation times, and no short step after other nodes are chosen in stiff
-solids. The paper's box has neither.
+that creep through dwells of more than ten retardation times, no short step after other nodes are chosen in stiff
+solids, and time steps for elastic contacts of flat tips under steep laws. The paper's box has none of these.
 """
 
 SOLVER_VERSION = "8"

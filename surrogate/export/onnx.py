@@ -83,7 +83,7 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
 
     Its input `inputs`, float32 of shape `(steps, batch, channels + 1)`, are scaled channels and the scaled Tabor
     parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force. Where some members are causal
-    and others see whole histories, either kind weighs half, and the output `causal` is the mean of the former.
+    and others see whole histories, the output `causal` is the mean of the former.
 
     Args:
         members: Models that append the Tabor parameter to their channels.
@@ -94,12 +94,11 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
         The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    given, kinds = graph.named("inputs").turned(1, 0, 2), {True: list[Value](), False: list[Value]()}
-    for one in members:
-        causal = all(type(layer).__name__ != "ChosenSteps" for layer in one.layers)
-        kinds[causal].append(add_network(graph, one, given, None, appended=True))
-    means = [_mean(values) for values in kinds.values() if values]
-    outputs = {"force": _mean(means)} | ({"causal": means[0]} if len(means) == 2 else {})
+    given, causal = graph.named("inputs").turned(1, 0, 2), []
+    forces = [add_network(graph, one, given, None, appended=True) for one in members]
+    for one, force in zip(members, forces, strict=True):
+        causal += [force] if all(type(layer).__name__ != "ChosenSteps" for layer in one.layers) else []
+    outputs = {"force": _mean(forces)} | ({"causal": _mean(causal)} if 0 < len(causal) < len(forces) else {})
     for key, value in outputs.items():
         graph.add("Squeeze", value.turned(1, 0, 2), [2], output=key)
     shapes: dict[str, list[Any]] = {key: ["steps", "batch"] for key in outputs}

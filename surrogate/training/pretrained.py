@@ -188,7 +188,7 @@ def train_model(
 
     With `start`, the folder of a published model, training goes on from the weights of its own networks. With `beside`,
     such a folder too, these stay as they are, and there is one network more, or none without a recipe. Both keep its
-    scaling. With `mixed`, that of another model, the mean of its networks and the mean of the own ones weigh half each.
+    scaling. With `mixed`, that of another model, its networks join the mean.
     """
     training, choosing, calibrating = data.divided(held_out)
     counts, published, kind = data.box.points_per_phase, start or beside, KINDS[name]

@@ -57,7 +57,7 @@ def test_an_edge_creeps_through_a_long_dwell_and_does_not_stick_at_a_node(scene,
 
 
 def test_other_nodes_in_a_stiff_solid_leave_no_spike():
-    """A chain of short steps once resolved how the traction of new nodes fades: a tenth of the force, in a millionth."""
+    """A chain of short steps once resolved how the traction of new nodes fades, a tenth of the force."""
     protocol = ramp(12.587239686260911, 0.0019876637318741114, 0.0021358472278146944, 1.106925492810286)
     trajectory = simulate(Scene(6.32023163989556, StandardLinearSolid(0.0010097853276510478)), protocol, 1e-3)
     pulled = trajectory.force[trajectory.time > 13_165.0]
