@@ -16,7 +16,7 @@ def hard_cases_text(hard_case_map: Any) -> str:
     missed = {where: sum(change > target for change in found) for where, found in changes.items()}
     beyond = changes["beyond"]
     return (
-        f"{missed['beyond']} of {len(beyond)} random cases far beyond it at `{hard_case_map['accuracy']}` "
+        f"{missed['beyond'] or 'none'} of {len(beyond)} random cases far beyond it at `{hard_case_map['accuracy']}` "
         f"({100.0 * target:g} %) change by more than the target when refined, at most by {100.0 * max(beyond):.1f} %; "
         f"{missed['inside'] or 'none'} of {len(changes['inside'])} inside"
     )
@@ -42,14 +42,12 @@ def draft_text(accuracy_cost: Any) -> str:
 
 
 def pretrained_text(ways_to_call: Any) -> str:
-    """What one call costs, and how far gradients are off."""
-    seconds, gradients = ways_to_call["seconds"], ways_to_call["gradients"]["errors"]
+    """What one call costs."""
+    seconds = ways_to_call["seconds"]
     cheaper = seconds["solver"]["batch"] / seconds["fast"]["batch"]
-    off = {name: number(one["p50"], 2) for name, one in gradients.items()}
     return (
         f"`fast` is {cheaper:.0f} times cheaper than the solver at standard accuracy, and a single call takes "
-        f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms). Gradients by central differences of the "
-        f"networks err by {off['accurate']} % (`accurate`) and {off['fast']} % (`fast`) in the median (aim: 2 %)"
+        f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms)"
     )
 
 
