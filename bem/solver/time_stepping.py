@@ -159,7 +159,7 @@ def follow(
     recent = start_recent(state, 0.0)
     forget_rate(memory)
     smallest, fixed = segment.smallest, problem.scheme.fixed
-    step, now, shortened, moved = segment.first, 0.0, False, False
+    step, now, shortened, other_nodes = segment.first, 0.0, False, False
     stiff = 1.0 - np.sum(memory.strengths) < _STIFF_RESPONSE
     while now < segment.duration:
         if is_spent(work) or stop[0] != 0:
@@ -179,9 +179,9 @@ def follow(
         # Other nodes carry other tractions, the more so the stiffer the solid: a shorter step would resolve how the
         # difference fades, which is no part of the history.
         gap, traction, accepted, shrink = try_step(
-            problem, state, recent, factor, after, control, remembered, can_shrink and not moved, shortened, work
+            problem, state, recent, factor, after, control, remembered, can_shrink and not other_nodes, shortened, work
         )
-        moved = False
+        other_nodes = False
         if not accepted and can_shrink:
             work[REJECTIONS] += 1
             step, shortened = max(shrink * step, smallest), True
@@ -251,7 +251,7 @@ def follow(
                 )
                 factor = new_factor(state.gap.size)
                 work[REMESHINGS] += 1
-                moved = stiff
+                other_nodes = stiff
     return Progress(state, memory, factor, records, mesh_chosen, outcome)
 
 

@@ -94,10 +94,10 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
         The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    given, causal = graph.named("inputs").turned(1, 0, 2), []
+    given = graph.named("inputs").turned(1, 0, 2)
     forces = [add_network(graph, one, given, None, appended=True) for one in members]
-    for one, force in zip(members, forces, strict=True):
-        causal += [force] if all(type(layer).__name__ != "ChosenSteps" for layer in one.layers) else []
+    kinds = [{type(layer).__name__ for layer in one.layers} for one in members]
+    causal = [force for force, kind in zip(forces, kinds, strict=True) if "ChosenSteps" not in kind]
     outputs = {"force": _mean(forces)} | ({"causal": _mean(causal)} if 0 < len(causal) < len(forces) else {})
     for key, value in outputs.items():
         graph.add("Squeeze", value.turned(1, 0, 2), [2], output=key)

@@ -186,11 +186,9 @@ class Batches(keras.utils.PyDataset):
         size, examples = self.recipe.batch_size, self.examples
         batch = self.order[index * size : (index + 1) * size]
         inputs, force = (examples.sequence[batch], examples.tabor[batch]), examples.force[batch]
-        return (
-            inputs,
-            force,
-            *([] if self.recipe.peak_weight is None else [peak_weights(force, self.recipe.peak_weight)]),
-        )
+        if self.recipe.peak_weight is None:
+            return inputs, force
+        return inputs, force, peak_weights(force, self.recipe.peak_weight)
 
 
 def peak_weights(force: np.ndarray, more: float) -> np.ndarray:
