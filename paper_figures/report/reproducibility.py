@@ -25,7 +25,8 @@ MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percen
 
 def forces_text(model_forces: Any) -> str:
     """Models that were trained on earlier forces; if there are none, how far the recorded errors are from ours."""
-    largest = 100.0 * max(one["error_difference"] for one in model_forces["models"].values())
+    # Nothing is known of a model whose weights are not published.
+    largest = 100.0 * max(one["error_difference"] or 0.0 for one in model_forces["models"].values())
     return models_style.forces_note(model_forces) or (
         "All published models were trained on the forces of the published file, up to the solver's accuracy: their "
         f"mean test errors on it are within {largest:.2g} % of the recorded ones."
