@@ -47,18 +47,20 @@ def paper_mse() -> float:
 
 
 def read_model(folder: Path) -> dict[str, Any]:
-    """Training and held-out errors of a model directory."""
+    """Training and held-out errors of a model directory; times are `None` if a GPU (`device`) trained it."""
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
     history = read_history(folder / "history.csv")
+    seconds = None if run.get("device") else metrics["cpu_seconds"]
     return {
         **{name: metrics[name] for name in ("parameters", "test", "epochs", "best_epoch")},
         **{name: metrics["test"][name]["mean"] for name in METRICS},
         **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
         "ended_by": run.get("ended_by"),
         "validation_mse": min(history["validation_mse"]),
-        "core_seconds": metrics["cpu_seconds"],
-        "hours": metrics["cpu_seconds"] / 3600.0,
-        "minutes_to_paper_mse": minutes_to(history, paper_mse()),
+        "device": run.get("device"),
+        "core_seconds": seconds,
+        "hours": None if seconds is None else seconds / 3600.0,
+        "minutes_to_paper_mse": None if seconds is None else minutes_to(history, paper_mse()),
         "recipe": read_toml(folder / "recipe.toml"),
         "history": history,
     }
@@ -130,7 +132,8 @@ def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
     found = {name: one for name, one in labelled.items() if one["ended_by"] == "recipe"}
     trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
-    longest = max(trained, key=lambda name: trained[name]["hours"]) if complete else None
+    timed = complete and all(one["hours"] for one in trained.values())
+    longest = max(trained, key=lambda name: trained[name]["hours"]) if timed else None
     inputs = {name: found.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),

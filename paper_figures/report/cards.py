@@ -70,6 +70,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
         name=folder.name,
         use=next(words for file, words in USES.items() if (folder / file).is_file()).format(name=folder.name),
         run=run,
+        device=f", on a GPU ({run['device']})" if "device" in run else "",
         recipe=tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
         parameters=metrics["parameters"],
         source=source,

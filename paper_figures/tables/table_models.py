@@ -41,7 +41,7 @@ def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
         found["recipe"]["name"],
         f"{found['training_trajectories']:,}",
         str(found["epochs"]),
-        f"{found['core_seconds']:.0f}",
+        "on a GPU" if found["core_seconds"] is None else f"{found['core_seconds']:.0f}",
         batch,
     ]
 
