@@ -114,7 +114,7 @@ $(addprefix $(S)/,canonical_regimes.json persson_brener.json error_statistics.js
 $(S)/canonical_regimes.json: $(MEASURED)/canonical_times.json
 $(S)/error_statistics.json: $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv)
 # The folder changes if an entry is removed, which a wildcard does not show.
-$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json)
+$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(wildcard $(MEASURED)/training_speed.json)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
 
 ##@ Data set and trainings (long; Ctrl-C interrupts them, the same command continues)
@@ -143,6 +143,7 @@ $(OUT)/dataset/physical.h5: CAMPAIGN += --steps physical
 $(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design sobol --count 236016
 $(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design edges --count 150000 --seed 1
 $(OUT)/dataset/any_solid_deep.h5: CAMPAIGN = $(ANY_SOLID) 0.1:1 --design sobol --count 48000 --seed 4 --range peak_indentation=40:100 --range unloading_rate=100:1000
+$(OUT)/dataset/any_solid_faint.h5: CAMPAIGN = $(ANY_SOLID) 0.3:1 --design sobol --count 49152 --seed 5 --range tabor=0.2:0.5 --range peak_indentation=40:100 --range unloading_rate=100:1000
 $(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design corners --count 32000 --seed 2
 $(OUT)/dataset/any_solid_elastic.h5: CAMPAIGN = $(ANY_SOLID) 0.95:1 --design sobol --count 12000 --seed 3
 
@@ -151,7 +152,6 @@ RECIPE ?= swift
 LASTING = $(addprefix --epochs ,$(EPOCHS))
 PAPER_RECIPE = $(addprefix -,$(filter paper,$(RECIPE)))
 TRAINING = --dataset $(DATASET) --threads 1 --runs $(OUT)/training --models $(MODELS)
-# What is interrupted, here and below, has published what it finished.
 models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours; RECIPE=paper: days, as MODEL-paper)
 	status=0; $(VENV)/bin/surrogate train-all --recipe $(RECIPE) $(PAPER_RECIPE:%=--suffix=%) --jobs $(or $(JOBS),2) \
 		$(addprefix --only ,$(ONLY)) $(LASTING) $(TRAINING) || status=$$?; [ ! -e $(MODELS) ] || $(SUMS) $(MODELS); exit $$status
@@ -177,8 +177,8 @@ model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8
 more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c model-large)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 ANY := $(OUT)/dataset/any_solid
-pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep corners elastic)  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 478,016 trajectories first)
-	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep corners elastic,--$(set) $(ANY)_$(set).h5) \
+pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners elastic)  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 527,168 trajectories first)
+	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep faint corners elastic,--$(set) $(ANY)_$(set).h5) \
 		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 

@@ -22,7 +22,7 @@ from bem._support.command_line import run_main
 from bem._support.text_files import read_json, read_toml
 from experiments import common
 from experiments.places import Places
-from experiments.trainings.training_cost import batch_seconds, training_seconds
+from experiments.trainings.training_speed import batch_seconds, training_seconds
 from experiments.trainings.variants import earlier_trainings
 from surrogate.architectures.naming import names
 
@@ -46,7 +46,8 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
             return None
         speed = Places(published=published).path("training_speed")
         batch = batch_seconds(read_json(speed) if speed.is_file() else None)
-        return sum(training_seconds(run.parent, batch) for run in runs)
+        found = [training_seconds(run.parent, batch) for run in runs]
+        return None if None in found else sum(found)
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset
 

@@ -14,6 +14,7 @@ from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
 from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
+from experiments.trainings.training_speed import batch_seconds, epoch_seconds
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
@@ -126,27 +127,34 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """The trainings that the paper's recipe ended; what needs one that is missing is `None`."""
+def by_paper_recipe(beside: dict[str, dict[str, Any]], speed: Any = None) -> dict[str, Any]:
+    """The trainings that the paper's recipe ended; what needs one that is missing is `None`.
+
+    Hours are those of the batches, if `experiments.trainings.training_speed` measured them, and otherwise recorded.
+    """
     labelled = {name: beside[label] for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
     found = {name: one for name, one in labelled.items() if one["ended_by"] == "recipe"}
     trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
-    timed = complete and all(one["hours"] for one in trained.values())
-    longest = max(trained, key=lambda name: trained[name]["hours"]) if timed else None
+    batch, hours = batch_seconds(speed), {}
+    for name, one in trained.items():
+        each = batch.get((one["recipe"]["name"], name))
+        epoch = each and epoch_seconds(one["training_trajectories"], one["recipe"], each)
+        hours[name] = one["hours"] if epoch is None else one["epochs"] * epoch / 3600.0
+    longest = max(hours, key=lambda name: hours[name]) if complete and all(hours.values()) else None
     inputs = {name: found.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
         "mse": {name: one["mse"] for name, one in found.items()},
         "longest_training": longest,
-        "longest_training_hours": trained[longest]["hours"] if longest else None,
+        "longest_training_hours": hours[longest] if longest else None,
         "most_epochs": max(one["epochs"] for one in trained.values()) if complete else None,
         "validation_mse": inputs,
         "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
     }
 
 
-def study(models: Path, dataset: Path) -> dict[str, Any]:
+def study(models: Path, dataset: Path, training_speed: Any = None) -> dict[str, Any]:
     """Compare the published models.
 
     Raises:
@@ -172,5 +180,5 @@ def study(models: Path, dataset: Path) -> dict[str, Any]:
         "differences": trained_otherwise(lineages, digest),
         "expected": len(paper_names()),
         "comparison": comparison(found),
-        "by_paper_recipe": by_paper_recipe(beside),
+        "by_paper_recipe": by_paper_recipe(beside, training_speed),
     }

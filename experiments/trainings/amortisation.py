@@ -13,7 +13,7 @@ from typing import Any
 from bem.dataset.file import load_dataset
 from experiments.measurements.tools import absent, published
 from experiments.paper_numbers import paper_values
-from experiments.trainings.training_cost import batch_seconds, training_seconds
+from experiments.trainings.training_speed import batch_seconds, training_seconds
 from surrogate.prediction.files import weights_sha256
 
 

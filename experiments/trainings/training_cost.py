@@ -3,7 +3,7 @@
 The record of a training holds validation errors only; the held-out error is measured once, at its end. The learning
 curve of a training therefore shows its validation error. The test error over core minutes is one point for each
 training of the reference architecture: the published model, and those trained for shorter and longer, by the paper's
-recipe, or on more data. The study reads `history.csv`, `metrics.json` and `run.json` of every published model.
+recipe, or on more data. The study reads `history.csv`, `metrics.json` and `run.json` of these models.
 
 The models were trained on processors of different speed. Where `experiments.trainings.training_speed` measured the cost
 of a batch for a recipe and an architecture, the minutes are those of the batches on that one machine, without
@@ -15,38 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.text_files import read_json
 from experiments.common import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
+from experiments.trainings.training_speed import batch_seconds, epoch_seconds
 from surrogate.architectures.naming import names
-from surrogate.training.identity import read_identity
 
 BUDGETS = (
     *(f"M1-concat-{epochs}-epochs" for epochs in (8, 15, 60)),
     *("M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large"),
 )
 """Further trainings of the reference architecture, which `make more-models` publishes."""
-
-
-def batch_seconds(speed: Any) -> dict[tuple[str, str], float]:
-    """Seconds of a batch by recipe and architecture, from the result `training_speed`; empty if there is none."""
-    models = speed["models"].items() if speed else ()
-    return {(speed["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
-
-
-def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
-    """Core seconds of the batches of an epoch, from the seconds of each batch."""
-    return -(-trajectories // recipe["batch_size"]) * each
-
-
-def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
-    """Core seconds of a published model's training: of its batches if measured, otherwise as its record states."""
-    run = read_json(folder / "run.json")
-    recipe = read_identity(folder).recipe if batch else {"name": ""}
-    each = batch.get((recipe["name"], run["architecture"]))
-    if each is None:
-        return float(run["cpu_seconds"])
-    return run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each)
 
 
 def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
@@ -80,7 +58,7 @@ def study(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, 
     runs = {
         name: trained(models / name, batch.get((one.recipe["name"], one.architecture)))
         for name, one in lineages.items()
-        if name not in old
+        if name in (*names(), *BUDGETS) and name not in old
     }
     absent = [name for name in (*names(), *BUDGETS) if name not in runs]
     return {

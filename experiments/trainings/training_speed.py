@@ -1,9 +1,9 @@
-"""What training costs: the 18 paper models by one recipe, batch after batch on one core of one machine.
+"""What training costs: the 18 paper models by our recipe and the paper's, batch after batch on one core of one machine.
 
-The record of a published model states what its training took on its own processor, and these processors differ. Here
-all 18 are timed on batches of the data set's size, one after another. The hours of a training are those of its batches,
-without the validation after each epoch. A block holds as many batches as lie between two refinements of the optimizer's
-bases, which cost more than the batches between them.
+The record of a published model states what its training took on its own processor, and these processors differ; some
+were trained on a GPU. Here all 18 are timed on batches of the data set's size, one after another. The hours of a
+training are those of its batches, without the validation after each epoch. A block holds as many batches as lie between
+two refinements of the optimizer's bases, which cost more than the batches between them.
 
 The environment variable `KERAS_BACKEND` selects another backend.
 """
@@ -14,11 +14,13 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from bem._support.text_files import read_json, read_toml
 from bem.dataset.measurement_steps import FMS
 from experiments.measurements.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
 from surrogate.backend import import_keras, limit_threads, versions
 
+PAPER = "paper"
 BLOCK = 10  # batches in a block if the optimizer has no bases
 
 
@@ -47,6 +49,31 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     return [seconds / length for seconds in timed(block, repeats)]
 
 
+def batch_seconds(speed: Any) -> dict[tuple[str, str], float]:
+    """Seconds of a batch by recipe and architecture, from the result of this study; empty if there is none."""
+    models = speed["models"].items() if speed else ()
+    found = {(speed["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
+    return found | {(PAPER, name): one["median"] for name, one in (speed or {}).get("by_paper_recipe", {}).items()}
+
+
+def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
+    """Core seconds of the batches of an epoch, from the seconds of each batch."""
+    return -(-trajectories // recipe["batch_size"]) * each
+
+
+def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float | None:
+    """Core seconds of a published model's training: of its batches if measured, otherwise as its record states.
+
+    They are not known (`None`) of a training on a GPU whose batches were not measured.
+    """
+    run = read_json(folder / "run.json")
+    recipe = read_toml(folder / "recipe.toml") if batch else {"name": ""}
+    each = batch.get((recipe["name"], run["architecture"]))
+    if each is None:
+        return None if "device" in run else float(run["cpu_seconds"])
+    return float(run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each))
+
+
 def study(
     dataset: Path,
     *,
@@ -61,22 +88,28 @@ def study(
     from surrogate.data.dataset import TrajectoryDataset
     from surrogate.training.recipe import Recipe
 
-    chosen = Recipe.load(recipe)
-    batches = -(-len(TrajectoryDataset.load(dataset).split(chosen.seed).train) // chosen.batch_size)
-    models = {}
-    for name in progress(only or names(), "architectures"):
-        seconds = spread(seconds_of_batches(name, chosen, batches, repeats))
-        hours = seconds["median"] * batches * chosen.epochs / 3600.0
-        models[name] = {"seconds_per_batch": seconds, "hours": hours}
-        print(f"{name:10} {1e3 * seconds['median']:6.0f} ms a batch, {hours:.2f} h")
+    chosen, theirs = Recipe.load(recipe), Recipe.load(PAPER)
+    size = len(TrajectoryDataset.load(dataset).split(chosen.seed).train)
+
+    def measured(by: Recipe) -> dict[str, Any]:
+        found = {}
+        for name in progress(only or names(), f"architectures by {by.name}"):
+            found[name] = spread(seconds_of_batches(name, by, -(-size // by.batch_size), repeats))
+            print(f"{name:10} {1e3 * found[name]['median']:6.0f} ms a batch")
+        return found
+
+    batches, seconds = -(-size // chosen.batch_size), measured(chosen)
     if only:
         return None
+    hours = {name: one["median"] * batches * chosen.epochs / 3600.0 for name, one in seconds.items()}
+    models = {name: {"seconds_per_batch": one, "hours": hours[name]} for name, one in seconds.items()}
     longest = max(models, key=lambda name: models[name]["hours"])
     return {
         "recipe": chosen.name,
         "epochs": chosen.epochs,
         "batches": batches,
         "models": models,
+        "by_paper_recipe": measured(theirs),
         "longest_training": longest,
         "longest_training_hours": models[longest]["hours"],
         "backend": versions(),

@@ -1,12 +1,14 @@
-"""Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
+r"""Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
 
-    python -m surrogate.training.pretrained fast --box b.h5 --edges e.h5 --deep d.h5 --corners c.h5 --elastic n.h5
+    python -m surrogate.training.pretrained fast --box b.h5 --edges e.h5 --deep d.h5 --faint f.h5 --corners c.h5 \
+        --elastic n.h5
 
 `make pretrained` simulates these data sets by `bem campaign`, with the designs `sobol`, `edges` and `corners`, modulus
 ratios from 0.01 to 1 and physical steps, and then trains. An interrupted training is resumed by the same command. Most
 protocols in the box, those at its edges, and those that press deep and unload fast (narrow peaks after large forces,
-where networks err most) are for training. Of the last ones in the box, some choose the epoch, and others calibrate the
-bands, together with those in the corners and those of nearly elastic solids, with modulus ratios from 0.95 to 1.
+where networks err most), many of them at small Tabor parameters (faint peaks), are for training. Of the last ones in
+the box, some choose the epoch, and others calibrate the bands, together with those in the corners and those of nearly
+elastic solids, with modulus ratios from 0.95 to 1.
 `--calibrate` judges published models on one more data set, and trains nothing.
 """
 
@@ -94,7 +96,7 @@ RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _REC
 
 @dataclass(frozen=True)
 class Data:
-    """Data sets: in the box of the ranges, at its edges, deep and unloaded fast, in its corners, nearly elastic.
+    """Data sets: in the box, at its edges, deep and unloaded fast, with faint peaks, in its corners, nearly elastic.
 
     Raises:
         ValueError: one of them has other steps, or no modulus ratios of its own.
@@ -103,6 +105,7 @@ class Data:
     box: TrajectoryDataset
     edges: TrajectoryDataset
     deep: TrajectoryDataset
+    faint: TrajectoryDataset
     corners: TrajectoryDataset
     elastic: TrajectoryDataset
 
@@ -130,7 +133,7 @@ class Data:
         train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
         edges = self.edges.completed
         return (
-            [(self.box, train), (self.edges, edges), (self.deep, self.deep.completed)],
+            [(self.box, train), (self.edges, edges)] + [(one, one.completed) for one in (self.deep, self.faint)],
             [(self.box, choose)],
             [(self.edges, edges[:FITTED]), (self.box, calibrate)]
             + [(one, one.completed) for one in (self.corners, self.elastic)],

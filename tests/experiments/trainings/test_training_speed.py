@@ -18,6 +18,10 @@ def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
         assert one["seconds_per_batch"]["count"] == 2
         epoch_seconds = one["seconds_per_batch"]["median"] * found["batches"]
         assert one["hours"] == pytest.approx(epoch_seconds * found["epochs"] / 3600.0)
+    assert {one["count"] for one in found["by_paper_recipe"].values()} == {2}
+    assert list(training_speed.batch_seconds(found)) == [
+        (recipe, name) for recipe in ("swift", "paper") for name in ("M3-concat", "M4-gated")
+    ]
     longest = found["longest_training"]
     assert found["longest_training_hours"] == max(one["hours"] for one in found["models"].values())
     assert found["models"][longest]["hours"] == found["longest_training_hours"]

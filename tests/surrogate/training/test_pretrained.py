@@ -33,7 +33,7 @@ def assert_streams(model, own):
 def data():
     """Any forces that depend on the inputs and have a peak: the solver's are not needed to go through the motions."""
     box = physical_dataset(COUNT)
-    return pretrained.Data(box, replace(box, sha256="1" * 64), replace(box, sha256="2" * 64), box, box)
+    return pretrained.Data(box, replace(box, sha256="1" * 64), replace(box, sha256="2" * 64), box, box, box)
 
 
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path):
@@ -45,7 +45,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert found.pull_off_interval[0] < found.pull_off_force < found.pull_off_interval[1]
     run = json.loads((folder / "run.json").read_text())
     assert (run["members"][0]["units"], run["counts"], run["members"][0]["command"]) == ([6], [22, 8, 72], "some")
-    assert run["training_trajectories"] == COUNT - 56 + 2 * COUNT
+    assert run["training_trajectories"] == COUNT - 56 + 3 * COUNT
     assert run["calibration_trajectories"] == 40 + 2 * COUNT
     before = (folder / "model.onnx").read_bytes()
     seen = []
