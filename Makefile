@@ -58,7 +58,7 @@ verify: | $(INSTALLED)  ## Compare the published files with their SHA-256 sums
 paper: figures tables report  ## Figures, tables and the report
 
 PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
-	figure-ranking figure-learning-curves figure-features figure-fms-transfer graphical-abstract
+	figure-ranking figure-learning-curves figure-plateau figure-features figure-fms-transfer graphical-abstract
 PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models \
 	table-ranking table-accuracy-price
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
@@ -92,7 +92,7 @@ $(F)/figure-4.pdf $(F)/figure-architectures.pdf: $(S)/architecture_graphs.json
 $(F)/figure-5.pdf: $(S)/model_comparison.json $(S)/persson_brener.json $(addprefix $(PUBLISHED)/,ranking.json data_efficiency.json)
 $(F)/figure-6.pdf $(T)/protocols-canonical.md: $(S)/canonical_regimes.json
 $(F)/figure-7.pdf $(T)/quartiles.md: $(S)/error_statistics.json
-$(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf $(F)/figure-ranking.pdf $(T)/ranking.md: \
+$(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf $(F)/figure-plateau.pdf $(F)/figure-ranking.pdf $(T)/ranking.md: \
 	$(S)/model_comparison.json $(PUBLISHED)/ranking.json
 $(F)/figure-features.pdf: $(addprefix $(PUBLISHED)/,ranking.json data_efficiency.json feature_sets.json)
 $(F)/figure-fms-transfer.pdf: $(S)/fms_transfer.json

@@ -26,14 +26,16 @@ PAPER_TRAINED = {name: PAPER_RECIPE.format(name) for name in paper_names()}
 PAPER_TRAINED_INPUTS = {features: PAPER_RECIPE.format(f"{REFERENCE}-inputs-{features}") for features in "ABC"}
 PAPER_TRAINED_INPUTS["D"] = PAPER_TRAINED[REFERENCE]
 """The same of the reference model, by its input representation."""
+WORDED = f"{REFERENCE}-as-worded"
+"""Label of the reference model trained by the paper's words, without Keras's threshold of the plateau."""
 PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, one in PAPER_TRAINED_INPUTS.items()}
 """Both, by their names in the rankings."""
 
 
 def read_history(path: Path) -> dict[str, list[float]]:
-    """Epochs, errors and core seconds of a `history.csv`, as columns."""
-    found = read_errors(path)
-    return {name: found[name].tolist() for name in ("epoch", "train_mse", "validation_mse", "cpu_seconds")}
+    """Epochs, learning rates, errors and core seconds of a `history.csv`, as columns."""
+    found, names = read_errors(path), ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds")
+    return {name: found[name].tolist() for name in names}
 
 
 def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:

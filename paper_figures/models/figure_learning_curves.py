@@ -45,10 +45,11 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     if set(shown) <= set(model_comparison["missing"]):
         raise FileNotFoundError(f"no {' or '.join(SHOWN)} model is published; `make models` trains them")
     drawn, panels = drawing.panels(1, 2, sharex=True, sharey=True, height=2.7)
+    theirs = [models_style.recipe_handle()] if models_style.trained_by_paper_recipe(model_comparison) else []
     for axes, conditioning in zip(panels, SHOWN, strict=True):
         draw_curves(axes, model_comparison, conditioning, ranking)
         if axes.lines:
-            axes.legend(loc="upper right", ncols=2)
+            axes.legend(handles=[*axes.get_legend_handles_labels()[0], *theirs], loc="upper right", ncols=2)
         axes.set_title(conditioning, loc="right")
     models_style.write_states(drawn, model_comparison, ranking, shown)
     return drawn

@@ -27,7 +27,7 @@ def write_model(folder, mse=1.0, *, recipe='name = "swift"\nbatch_size = 20\n', 
     for name, content in contents.items():
         (folder / name).write_text(json.dumps(content), encoding="utf-8")
     (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
-    rows = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.2,0.3,60\n2,0.1,4e-4,120\n"
+    rows = "epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1e-4,0.2,0.3,60\n2,1e-4,0.1,4e-4,120\n"
     (folder / "history.csv").write_text(rows, encoding="utf-8")
     return folder
 

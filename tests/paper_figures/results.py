@@ -6,7 +6,7 @@ SPREAD = {"count": 3, "median": 0.02, "low": 0.01, "high": 0.03, "p95": 0.05, "l
 UNKNOWN = dict.fromkeys(SPREAD)
 
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
-HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2]}
+HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2], "learning_rate": [1e-4, 1e-4, 5e-5]}
 
 
 def comparison(trained, by_recipe=()):

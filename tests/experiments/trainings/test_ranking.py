@@ -107,7 +107,7 @@ def publish(root, model, seed, mse, digest="d" * 64, **given):
     metrics = {"test": dict.fromkeys(ranking.COLUMNS.values(), spread)}
     (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
     (folder / "recipe.toml").write_text(f"name = 'swift'\nseed = {seed}\n", encoding="utf-8")
-    history = f"epoch,train_mse,validation_mse,cpu_seconds\n1,1,{3 * mse},1\n2,1,{2 * mse},2\n"
+    history = f"epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1,1,{3 * mse},1\n2,1,1,{2 * mse},2\n"
     (folder / "history.csv").write_text(history, encoding="utf-8")
     with (folder / "test_errors.csv").open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)

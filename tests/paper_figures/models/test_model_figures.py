@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from paper_figures.figures import figure_5
-from paper_figures.models import figure_features, figure_learning_curves, figure_mse_mae
+from paper_figures.models import figure_features, figure_learning_curves, figure_mse_mae, figure_plateau
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
@@ -38,6 +38,17 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
 def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
     panels = figure_mse_mae.compose(comparison(names(), ["M1-concat"])).axes
     assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
+
+
+def test_figure_plateau_draws_the_trainings_that_are_published():
+    with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
+        figure_plateau.compose(comparison(names()))
+    found = comparison(names(), ["M1-concat"])
+    found["beside"]["M1-concat-as-worded"] = {"history": HISTORY | {"learning_rate": [1e-4] * 3}}
+    errors, rates = figure_plateau.compose(found).axes
+    assert [line.get_label() for line in rates.lines] == list(figure_plateau.LOOKS)
+    assert [line.get_ydata()[-1] for line in rates.lines] == [5e-5, 1e-4, 5e-5]
+    assert all(line.get_ydata().tolist() == HISTORY["validation_mse"] for line in errors.lines)
 
 
 def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
