@@ -1,9 +1,9 @@
 """Hand trainings by the paper's recipe to `train.py` on a GPU, and take back what it wrote.
 
-Usage, with PyTorch installed and `KERAS_BACKEND=torch`: `python unfinished/gpu/exchange.py prepare LABEL ...`, with
-labels of published models (`M5-FiLM-paper`, `M1-concat-inputs-C-paper`, `M1-concat-as-worded`). A training begun in
-`results/training` goes on. Then run `train.py` on the GPU. `exchange.py collect FOLDER` makes folders of runs of its
-results, which `surrogate train` publishes or trains further.
+Usage, with PyTorch installed and `KERAS_BACKEND=torch`: `python unfinished/gpu/exchange.py prepare FOLDER LABEL ...`,
+with labels of published models (`M5-FiLM-paper`, `M1-concat-inputs-C-paper`, `M1-concat-as-worded`). A training begun
+in `results/training` goes on. Then run `train.py` on the GPU with this folder. `exchange.py collect FOLDER` makes
+folders of runs of its results, which `surrogate train` publishes or trains further.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from surrogate.training.recipe import Recipe
 from surrogate.training.run_folder import COLUMNS, Progress, read_progress, save_progress
 from surrogate.training.runs import Run, fit_scaling
 
-HERE, RUNS, DATASET = Path(__file__).parent, Path("results/training"), Path("published/dataset.h5")
+RUNS, DATASET = Path("results/training"), Path("published/dataset.h5")
 WORDED = "-as-worded"
 
 
@@ -55,7 +55,7 @@ def put(flat: np.ndarray, variables: list[Any]) -> None:
         one.assign(values.reshape(one.shape))
 
 
-def prepare(labels: list[str]) -> None:
+def prepare(folder: Path, labels: list[str]) -> None:
     """Write the data set and the states of the trainings."""
     arrays, jobs = {}, []
     for features in "CD":
@@ -71,13 +71,13 @@ def prepare(labels: list[str]) -> None:
                 {f"{part}_D": one.sequence} if features == "D" else {f"{part}_acceleration": one.sequence[..., 3:]}
             )
     for label in labels:
-        run, folder = run_of(label), RUNS / label
+        run, begun = run_of(label), RUNS / label
         model = model_of(run)
-        best, found = joined(model.trainable_variables), read_progress(folder)
+        best, found = joined(model.trainable_variables), read_progress(begun)
         if found:
-            model.load_weights(folder / "best" / f"{found[0].best_epoch:05d}.weights.h5")
+            model.load_weights(begun / "best" / f"{found[0].best_epoch:05d}.weights.h5")
             best = joined(model.trainable_variables)
-            model.load_weights(folder / BACKUP[0])
+            model.load_weights(begun / BACKUP[0])
         optimizer, history = model.optimizer, found[0].history if found else []
         rows = [[row[name] for name in ("epoch", *COLUMNS)][:6] for row in history]
         state = {"flat": joined(model.trainable_variables), "best": best, "updates": int(optimizer.iterations.numpy())}
@@ -87,8 +87,9 @@ def prepare(labels: list[str]) -> None:
         gain = 1e-4 if run.recipe.plateau.least_gain is None else run.recipe.plateau.least_gain
         job = {"label": label, "architecture": run.architecture, "features": run.features, "gain": gain}
         jobs.append({**job, "shapes": shapes})
-    np.savez_compressed(HERE / "data.npz", **arrays)
-    (HERE / "jobs.json").write_text(json.dumps(jobs))
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(folder / "data.npz", **arrays)
+    (folder / "jobs.json").write_text(json.dumps(jobs))
 
 
 def collect(folder: Path) -> None:
@@ -130,6 +131,7 @@ def collect(folder: Path) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=("prepare", "collect"))
-    parser.add_argument("names", nargs="+", help="labels of trainings, or the folder of the results")
+    parser.add_argument("folder", type=Path, help="what is handed over, and taken back")
+    parser.add_argument("labels", nargs="*", help="of the trainings to hand over")
     chosen = parser.parse_args()
-    prepare(chosen.names) if chosen.what == "prepare" else collect(Path(chosen.names[0]))
+    prepare(chosen.folder, chosen.labels) if chosen.what == "prepare" else collect(chosen.folder)

@@ -409,12 +409,12 @@ def loaded(path: Path) -> dict[str, torch.Tensor]:
 def main() -> None:
     """Train all jobs until the seconds are over, and write their states."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="where results go")
+    parser.add_argument("folder", type=Path, help="of what `exchange.py` wrote; results go there, too")
     parser.add_argument("seconds", type=float, help="after which all is written")
     parser.add_argument("--at-once", type=int, default=8, help="trainings that run at once")
     parser.add_argument("--only", nargs="*", help="labels of jobs")
     chosen = parser.parse_args()
-    deadline, here = time.time() + chosen.seconds - 10.0, Path(__file__).parent
+    deadline, here = time.time() + chosen.seconds - 10.0, chosen.folder
     print(torch.cuda.get_device_name(), torch.__version__, flush=True)
     check()
     data, jobs = loaded(here / "data.npz"), []
