@@ -12,6 +12,7 @@ from experiments.common import ended_by_recipe
 from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
+from experiments.trainings.training_speed import batch_seconds, training_seconds
 from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number, table_rows
@@ -143,6 +144,13 @@ def recipe_table(models: Path, ranking: Any) -> str:
     by_paper, by_seeds = (", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1))
     order = f"Order by held-out MSE: {by_paper} by the recipe `paper`; {by_seeds} by the seeds."
     return f"{markdown_table(header, rows, 'lrlrrrr')}\n\n{order}"
+
+
+def hours_text(models: Path, training_speed: Any) -> str:
+    """Core hours of each training by the paper's recipe that it ended, from its batches on one processor."""
+    folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
+    seconds = {name: training_seconds(one, batch_seconds(training_speed)) for name, one in folders.items()}
+    return ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in seconds.items() if one)
 
 
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:

@@ -61,14 +61,16 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     )
     measured = training_speed["models"].items() if training_speed else ()
     batches = {name: number(1e3 * one["seconds_per_batch"]["median"], 2) for name, one in measured}
+    theirs = (training_speed or {}).get("by_paper_recipe", {}).items()
+    batches |= {PAPER_TRAINED[name]: number(1e3 * one["median"], 2) for name, one in theirs}
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
     paper = drawing.paper_values("reference_model")
     errors = [number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")]
     errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
     cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]]
     for name in ranking:
-        cells += [row(PAPER_TRAINED[name], by_recipe[name])] if name in by_recipe else []
-        cells.append(row(name, model_comparison["models"][name], batches.get(name, "-")))
+        both = {PAPER_TRAINED[name]: by_recipe.get(name), name: model_comparison["models"][name]}
+        cells += [row(label, one, batches.get(label, "-")) for label, one in both.items() if one]
     shown = {one[0] for one in cells}
     cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]
     return Table(HEADER, cells, words.strip())

@@ -7,6 +7,7 @@ import pytest
 from experiments.places import Places
 from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
+from tests.experiments.models import write_model
 
 
 def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_result(tmp_path):
@@ -46,3 +47,12 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
     *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
     assert [row.split(" | ")[:3] for row in rows[2:]] == [["| M1-concat", "9", "recipe"], ["| M3-FiLM", "9", "EPOCHS"]]
     assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."
+
+
+def test_hours_by_the_papers_recipe_are_those_of_its_batches(tmp_path):
+    for name, more in {"M1-concat": {}, "M1-FiLM": {"device": "a GPU"}, "M3-FiLM": {"device": "a GPU"}}.items():
+        run = {"ended_by": "recipe", "epochs": 300} | more
+        write_model(tmp_path / f"{name}-paper", recipe='name = "paper"\nbatch_size = 8\n', **run)
+    speed = {"recipe": "swift", "models": {}, "by_paper_recipe": {"M3-FiLM": {"median": 2.0}}}
+    # 300 epochs of 6 batches; nothing is known of M1-FiLM.
+    assert reproducibility.hours_text(tmp_path, speed) == "M1-concat 0.033, M3-FiLM 1"

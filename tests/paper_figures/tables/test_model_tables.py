@@ -29,7 +29,10 @@ def test_tables(regimes, errors, cracks):
     unmeasured = table_models.compose(comparison(["M1-concat"]))
     assert unmeasured.rows[1][-1] == "-"
     assert "17 of 18" in unmeasured.caption
-    rows = table_models.compose(comparison(["M2-FiLM", "M1-concat"], by_recipe=["M1-concat"])).rows
+    both = comparison(["M2-FiLM", "M1-concat"], by_recipe=["M1-concat"])
+    both["beside"]["M1-concat-paper"]["core_seconds"] = None  # trained on a GPU
+    rows = table_models.compose(both, speed | {"by_paper_recipe": {"M1-concat": {"median": 0.05}}}).rows
     # In the order of the ranking, by the paper's recipe first.
     assert [row[0] for row in rows[1:]] == ["M2-FiLM", "M1-concat-paper", "M1-concat", "M1-concat-large"]
     assert [row[2] for row in rows[1:3]] == ["guessed", "stated"]
+    assert [row[-2:] for row in rows[2:4]] == [["on a GPU", "50"], ["1800", "360"]]
