@@ -30,6 +30,8 @@ echo "Installing the locked packages into $venv: about $size minutes with a fast
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 "$venv/bin/python" -m pip install --disable-pip-version-check --require-hashes --requirement "$lock"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-echo "Compiling the solver for this processor: about 80 seconds of one core"
+echo "Compiling the solver for this processor: about 100 seconds of one core"
 "$venv/bin/bem" compile
+"$venv/bin/python" -c "import bem; bem.Contact(bem.Scene(1.0)).advance(0.1, indentation=-1.0)"  # and what steps alone need
+"$venv/bin/surrogate" predict fast --tabor 1 --peak-indentation 10 --loading-rate 10 --dwell-time 0.1 --unloading-rate 10 > /dev/null
 echo "$venv is ready, $(du -sh "$venv" | cut -f 1)"

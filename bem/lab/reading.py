@@ -22,7 +22,7 @@ from zipfile import ZipFile, is_zipfile
 import numpy as np
 
 from bem._support.text_files import csv_rows, read_text
-from bem._support.validation import FloatArray, finite_number
+from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.lab.units import ForceSign, Quantity, factor, require_sign, to_si
 
@@ -76,7 +76,8 @@ def read(
         None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
         for name, value in (("stiffness", stiffness), ("speed", speed))
     )
-    paths = [Path(path)] if isinstance(path, str | Path) else [Path(part) for part in path]
+    parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
+    paths = [Path(instance("path", part, (str, Path))) for part in parts]
     where = " and ".join(map(str, paths))
     if len({part.resolve() for part in paths}) < len(paths):
         raise ValueError(f"the files of one curve must be different; received {where}")

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from bem._support.text_files import read_toml
-from bem._support.validation import finite_number, finite_vector
+from bem._support.validation import finite_number, finite_vector, instance
 from bem._support.wording import shown
 from bem.materials import Elastic, PronySeries
 from bem.materials_library.viscoelasticity import shifted, wlf_shift
@@ -71,7 +71,7 @@ def load(name: str | Path) -> Entry:
         ValueError: an unknown name, or a file that lacks its source or its numbers.
         FileNotFoundError: no file at the path.
     """
-    path = Path(name)
+    path = Path(instance("material", name, (str, Path)))
     if path.suffix != ".toml":
         if str(name) not in names():
             raise ValueError(

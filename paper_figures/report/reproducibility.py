@@ -137,7 +137,8 @@ def recipe_table(models: Path, ranking: Any) -> str:
         test, spread = metrics["test"], ranking["spread"][name]
         errors[name] = (test["mse"]["mean"], spread["test_mse"]["median"])
         pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
-        cells = [name, str(metrics["epochs"]), "recipe" if by_recipe else "EPOCHS"]
+        where = ", on a GPU" if metrics["cpu_seconds"] is None else ""
+        cells = [name, str(metrics["epochs"]), f"{'recipe' if by_recipe else 'EPOCHS'}{where}"]
         rows.append([*cells, *map(number, errors[name]), *(number(one, 2) for one in pull_off)])
     if not rows:
         return "None yet."

@@ -15,6 +15,7 @@ from surrogate.architectures.naming import names
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx_file import ONNX_NAME, sha256
 
+WEIGHTS = "model.weights.h5"
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""
 BANDED_FILES = (ONNX_NAME, "scaling.json", "bands.npz", "run.json")
@@ -90,13 +91,18 @@ def existing(path: Path) -> Path:
         FileNotFoundError: the file is missing.
     """
     if not path.is_file():
+        if path.name == WEIGHTS and (path.parent / "run.json").is_file():
+            raise FileNotFoundError(
+                f"Expected a model with weights. Received: {path.parent.name}, of which only the errors are published; "
+                f"{path.parent / 'README.md'} says how it is trained"
+            )
         raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
     return path
 
 
 def weights_sha256(folder: Path) -> str:
     """Return the SHA-256 sum of the weights in a model directory, which identifies one training."""
-    return sha256(folder / "model.weights.h5")
+    return sha256(folder / WEIGHTS)
 
 
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:

@@ -23,7 +23,7 @@ from surrogate.export.onnx_file import (
     require_beside,
 )
 from surrogate.prediction.bands import Bands
-from surrogate.prediction.files import BANDED, BANDED_FILES, existing, find_model, read_run
+from surrogate.prediction.files import BANDED, BANDED_FILES, WEIGHTS, existing, find_model, read_run
 from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
 
@@ -101,10 +101,10 @@ def _network(place: Path, backend: str, threads: int) -> Network:
     if backend == "keras":
         return keras_network(place, run, scaling)
     if found is None:
-        existing(place / "model.weights.h5")
+        existing(place / WEIGHTS)
         raise FileNotFoundError(
-            f"Expected {ONNX_NAME} in {place}; write it with `surrogate export {place}`, or load with backend='keras'. "
-            f"Received: no such file"
+            f"Expected {ONNX_NAME} in {place}; write it with `surrogate export {place}`, or choose the backend keras. "
+            "Received: no such file"
         )
     return found
 

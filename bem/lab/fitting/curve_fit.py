@@ -90,7 +90,8 @@ def fit(
         setup = setup.replaced(stiffness=curve.stiffness)
     if free is not None and model == AUTO:
         model = "solver"
-    chosen = None if free is None else _checked(LADDER[model], tuple(free))
+    names = (free,) if isinstance(free, str) else free
+    chosen = None if names is None else _checked(LADDER[model], tuple(names))
     data = measurement_of(curve, setup, segment)
     start = hertz_line(data)
     if within is not None:

@@ -215,10 +215,10 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
     r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
     curve = curve.with_sign("tension")
     contact = curve.contact()
-    pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise)
-    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
-    depth = max(float(np.max(curve.indentation)) - contact.contact_point, 1e-12)
     pressed = max(contact.force_offset - float(np.min(curve.force)), 3.0 * contact.noise)
+    depth = max(float(np.max(curve.indentation)) - contact.contact_point, 1e-12)
+    pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise, 1e-6 * pressed)
+    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
     known.setdefault("relaxed_modulus", 0.75 * 0.75 * pressed / (np.sqrt(r) * depth**1.5))
     return Setup(radius=r, **known)
 

@@ -14,13 +14,15 @@ from bem._support.text_files import plain
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
-from bem.lab.fitting.regression import CONFIDENCE, Fitted
+from bem.lab.fitting.regression import ADEQUATE, CONFIDENCE, Fitted
 from bem.lab.models import LADDER, UNITS, Path, setup_of
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
+_STIFFEST = 5e11  # Pa
+_SHOWN = 0.98  # share of the residuals that sets the limits of their picture
 
 
 class FitError(RuntimeError):
@@ -133,6 +135,10 @@ class FitResult:
         history.axhline(0.0, **ZERO)
         history.plot(measured.time, self.residuals, ".", color="0.4", markersize=3)
         history.set(xlabel="time", ylabel="model minus measurement, in tension")
+        sizes = np.abs(self.residuals)
+        if (shown := 1.5 * float(np.quantile(sizes, _SHOWN))) > 0.0 and sizes.max() > 3.0 * shown:
+            history.set_ylim(-shown, shown)  # the instants of a jump would hide all others
+            history.set_title(f"{np.count_nonzero(sizes > shown)} points beyond", loc="right", fontsize="small")
         history.xaxis.set_major_formatter(EngFormatter("s"))
         for axes in (loop, history):
             axes.xaxis.set_major_locator(MaxNLocator(5))
@@ -252,6 +258,11 @@ def _sentences(
             f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "
             "misses something, or another minimum is better, and the intervals may be too narrow."
         )
+    elif best.misfit > ADEQUATE:
+        found.append(
+            f"The residuals are {best.misfit:.2f} times the noise of the baseline, and the curve is too short to tell "
+            "whether chance makes them so: the intervals may be too narrow."
+        )
     if not best.converged:
         found.append("The search did not converge: its evaluations were spent before the residuals stopped falling.")
     found += [
@@ -268,6 +279,8 @@ def _sentences(
         for one, two in itertools.combinations(best.names, 2)
         if abs(correlations[one][two]) > _TIED
     ]
+    if setup.relaxed_modulus > _STIFFEST:
+        found.append(f"Hardly a solid is as stiff as {readable(setup.relaxed_modulus, 'Pa')}: are the units right?")
     if setup.half_angle is None and depth > 0.5 * setup.radius:
         found.append(
             f"The depth, {readable(depth, 'm')}, is not small beside the radius, {readable(setup.radius, 'm')}."

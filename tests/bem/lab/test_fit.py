@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -449,3 +450,36 @@ def test_a_stage_is_found_from_the_indentation_where_a_curve_has_none(behind_a_c
     np.testing.assert_array_equal(prescribed_path(curve, BEAD), curve.indentation)
     rigid = ForceCurve(time=curve.time, indentation=curve.stage, force=curve.force, stage=curve.stage)
     assert rigid.stiffness is None
+
+
+def hertzian(noise=0.0, unit=1.0):
+    """A bead of 5 um on 10 kPa, measured in units of a newton."""
+    depth = 1e-6 * np.concatenate([np.linspace(-1.0, 1.0, 200), np.linspace(1.0, -1.0, 200)])
+    force = -4.0 / 3.0 * 1e4 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
+    force += np.random.default_rng(0).normal(0.0, noise, depth.size) if noise else 0.0
+    return ForceCurve(time=np.linspace(0.0, 2.0, depth.size), indentation=depth, force=force / unit)
+
+
+def test_a_curve_without_any_noise_or_adhesion_is_fitted():
+    curve = hertzian()
+    found = fit(curve, guess_setup(curve, radius=5e-6))
+    assert found.model == "hertz"
+    assert found.values["relaxed_modulus"] == pytest.approx(1e4, rel=1e-6)
+
+
+def test_a_force_in_another_unit_is_asked_about():
+    curve = hertzian(1e-11, 1e-9)
+    assert any("are the units right?" in one for one in fit(curve, guess_setup(curve, radius=5e-6)).sentences)
+
+
+def test_residuals_that_chance_may_explain_are_named_and_do_not_hide_in_the_picture(tmp_path):
+    tip = Setup(radius=20e-9, work_of_adhesion=0.05, relaxed_modulus=1e9, poisson_ratio=0.35)
+    rates = {"loading_rate": 1e-7, "unloading_rate": 1e-7}
+    curve = tip.simulate(tip.protocol(peak_indentation=3e-9, start_indentation=-2e-8, **rates))
+    found = fit(curve, tip.replaced(work_of_adhesion=0.04), free="work_of_adhesion", accuracy="draft")
+    assert any("too short to tell whether chance" in one for one in found.sentences)
+    sizes = np.sort(np.abs(found.residuals))
+    assert sizes[-1] > 3.0 * sizes[-len(sizes) // 20]  # at the jump
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        found.plot(tmp_path / "fit.svg")
+    assert "points beyond" in (tmp_path / "fit.svg").read_text(encoding="utf-8")

@@ -30,7 +30,8 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
         folder = tmp_path / f"{name}-paper"
         folder.mkdir()
         test = {"mse": {"mean": mse}, "pull_off_force_percent": {"median": 2.0}}
-        (folder / "metrics.json").write_text(json.dumps({"epochs": 9, "test": test}), encoding="utf-8")
+        metrics = {"epochs": 9, "test": test, "cpu_seconds": None if "device" in run else 1.0}
+        (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
         (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
 
     spread = {"pull_off_percent": {"median": 1.0}}
@@ -42,10 +43,13 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
     }
     assert recipe_table(tmp_path, ranked) == "None yet."
     trained("M1-concat", 4e-4, ended_by="recipe")
-    trained("M3-FiLM", 3e-4)
+    trained("M3-FiLM", 3e-4, device="a GPU")
     trained("M4-concat", 3e-4)
     *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
-    assert [row.split(" | ")[:3] for row in rows[2:]] == [["| M1-concat", "9", "recipe"], ["| M3-FiLM", "9", "EPOCHS"]]
+    assert [row.split(" | ")[:3] for row in rows[2:]] == [
+        ["| M1-concat", "9", "recipe"],
+        ["| M3-FiLM", "9", "EPOCHS, on a GPU"],
+    ]
     assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."
 
 
