@@ -147,9 +147,13 @@ def to_xarray(rows: Sequence[Row]) -> xr.Dataset:
 
 
 def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_modulus") -> None:
-    """Draw a quantity over the position, or over the number where there is none; curves that failed are crosses."""
+    """Draw a quantity over the position, or over the number where there is none.
+
+    Curves that failed are crosses; those to which no model is adequate have a white dot.
+    """
+    from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
-    from matplotlib.ticker import EngFormatter
+    from matplotlib.ticker import EngFormatter, MaxNLocator
 
     from bem.plots import COLOURS, PULL_OFF
 
@@ -160,18 +164,26 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
     axes = figure.subplots()
     if np.isfinite(places).all() and len(np.unique(places, axis=0)) > 1:
         x, y = places.T
-        drawn = axes.scatter(x, y, c=values, marker="s", s=4e4 / len(rows), cmap="viridis", plotnonfinite=False)
-        axes.set_aspect("equal")
+        known = values[~failed]
+        norm = LogNorm() if known.size and 0.0 < 10.0 * known.min() < known.max() else None
+        look = {"marker": "s", "s": min(4e4 / len(rows), 200.0), "cmap": "viridis", "norm": norm}
+        drawn = axes.scatter(x, y, c=values, plotnonfinite=False, **look)
+        axes.set(aspect="equal", xlabel="x", ylabel="y")
         figure.colorbar(drawn, format=EngFormatter(UNITS[quantity]), label=words)
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(EngFormatter("m"))
+            axis.set(major_formatter=EngFormatter("m"), major_locator=MaxNLocator(4))
     else:
         lowest = 0.0 if failed.all() else float(np.nanmin(values))
         places = np.column_stack([np.arange(len(rows)), np.full(len(rows), lowest)])
         axes.plot(places[:, 0], values, "o", color=COLOURS["solver"])
         axes.set(xlabel="curve", ylabel=words)
         axes.yaxis.set_major_formatter(EngFormatter(UNITS[quantity]))
-    axes.plot(*places[failed].T, "x", color=PULL_OFF, label="no fit")
-    if failed.any():
-        axes.legend(frameon=False)
-    figure.savefig(path, dpi=150)
+        places[:, 1] = np.where(failed, lowest, values)
+    doubtful = np.array([row["adequate"] == "no" for row in rows]) & ~failed
+    for chosen, marker, label in ((failed, "x", "no fit"), (doubtful, ".", "no adequate model")):
+        if chosen.any():
+            look = {"color": PULL_OFF} if chosen is failed else {"color": "white", "markeredgecolor": "0.4"}
+            axes.plot(*places[chosen].T, marker, label=label, **look)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+    figure.savefig(path, dpi=150, bbox_inches="tight")

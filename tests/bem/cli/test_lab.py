@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -11,7 +12,7 @@ from bem import PronySeries
 from bem._support.command_line import run_command
 from bem.cli.app import app
 from bem.lab import ForceCurve
-from bem.lab.maps import read_map, to_xarray
+from bem.lab.maps import plot_map, read_map, to_xarray
 from experiments.robustness.lab_curves import CLASSES, write_map
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 from tests.processes import succeeded
@@ -228,6 +229,11 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     assert rows[2]["x"] == pytest.approx(2e-6)
     assert rows[1]["reason"].startswith("the curve shows no contact")
     assert to_xarray(rows)["model"].values.tolist() == ["jkr", "", "jkr"]
+    for nowhere in ({}, {"x": np.nan}):
+        with mpl.rc_context({"svg.fonttype": "none"}):
+            plot_map([row | nowhere | ({"adequate": "no"} if row["model"] else {}) for row in rows], tmp_path / "m.svg")
+        drawn = (tmp_path / "m.svg").read_text(encoding="utf-8")
+        assert ("no fit" in drawn, "no adequate model" in drawn) == (True, True)
     # What an interruption left: two lines, and half of the third.
     whole = out.read_text()
     lines = whole.splitlines(keepends=True)
