@@ -166,7 +166,7 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
         x, y = places.T
         known = values[~failed]
         norm = LogNorm() if known.size and 0.0 < 10.0 * known.min() < known.max() else None
-        look = {"marker": "s", "s": min(4e4 / len(rows), 200.0), "cmap": "viridis", "norm": norm}
+        look: dict[str, Any] = {"marker": "s", "s": min(4e4 / len(rows), 200.0), "cmap": "viridis", "norm": norm}
         drawn = axes.scatter(x, y, c=values, plotnonfinite=False, **look)
         axes.set(aspect="equal", xlabel="x", ylabel="y")
         figure.colorbar(drawn, format=EngFormatter(UNITS[quantity]), label=words)
@@ -182,8 +182,8 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
     doubtful = np.array([row["adequate"] == "no" for row in rows]) & ~failed
     for chosen, marker, label in ((failed, "x", "no fit"), (doubtful, ".", "no adequate model")):
         if chosen.any():
-            look = {"color": PULL_OFF} if chosen is failed else {"color": "white", "markeredgecolor": "0.4"}
-            axes.plot(*places[chosen].T, marker, label=label, **look)
+            inner, edge = (PULL_OFF, PULL_OFF) if chosen is failed else ("white", "0.4")
+            axes.plot(*places[chosen].T, marker, label=label, color=inner, markeredgecolor=edge)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
     figure.savefig(path, dpi=150, bbox_inches="tight")
