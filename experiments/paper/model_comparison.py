@@ -60,7 +60,6 @@ def read_model(folder: Path) -> dict[str, Any]:
         **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
         "ended_by": run.get("ended_by"),
         "validation_mse": min(history["validation_mse"]),
-        "device": run.get("device"),
         "core_seconds": seconds,
         "hours": None if seconds is None else seconds / 3600.0,
         "minutes_to_paper_mse": None if seconds is None else minutes_to(history, paper_mse()),

@@ -148,7 +148,7 @@ def recipe_table(models: Path, ranking: Any) -> str:
 
 
 def hours_text(models: Path, training_speed: Any) -> str:
-    """Core hours of each training by the paper's recipe that it ended, from its batches on one processor."""
+    """Core hours of each training that the paper's recipe ended: of its batches if measured, otherwise as recorded."""
     folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
     seconds = {name: training_seconds(one, batch_seconds(training_speed)) for name, one in folders.items()}
     return ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in seconds.items() if one)

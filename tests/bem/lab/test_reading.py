@@ -170,3 +170,9 @@ def test_a_curve_without_contact_or_baseline_is_refused(curve):
     short = ForceCurve(time=curve.time[-30:], indentation=curve.indentation[-30:], force=curve.force[-30:])
     with pytest.raises(ValueError, match="at least 20 points up to its deepest one"):
         short.contact()
+
+
+@pytest.mark.parametrize("path", [None, 3, [3]])
+def test_what_is_no_path_is_refused(path):
+    with pytest.raises(ValueError, match=r"path must be one of str.*received"):
+        ForceCurve.read(path)

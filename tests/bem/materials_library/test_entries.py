@@ -93,3 +93,8 @@ def test_unknown_names_and_missing_constants():
     assert entry.material == Elastic()
     with pytest.raises(ValueError, match=r"has no WLF constants; received a temperature of 30.0"):
         entry.at(30.0)
+
+
+def test_a_number_is_no_material():
+    with pytest.raises(ValueError, match=r"material must be one of str.*received 3"):
+        load(3)

@@ -84,3 +84,8 @@ def test_weights_of_another_model(folder, tmp_path):
     (folder / "model.weights.h5").write_text("no")
     with pytest.raises(ValueError, match="Expected weights"):
         surrogate.load(folder, backend="keras")
+
+
+def test_a_model_of_which_only_errors_are_published_says_so():
+    with pytest.raises(FileNotFoundError, match=r"M1-concat-8-epochs, of which only the errors are .*README"):
+        surrogate.load("M1-concat-8-epochs")
