@@ -36,6 +36,7 @@ _RECORDS = 4.0  # along the largest contact radius, at a target of 1
 _ELEMENTS = 4.0  # along it, at a target of 1
 _MOST_SOLUTIONS = 20  # for one step
 _BALANCED = 0.01  # error of the force in a step, over what its prediction may err
+_REJECTED = 1.5  # error of a prediction, over the allowed one, from which the step is tried again
 _PARABOLA = 3  # records that the next is predicted from
 _FIRST_REACH = 0.5  # of the row of elements, below which it is made anew for the contact that was found
 
@@ -247,13 +248,14 @@ def _solve(
     step_before: float,
     control: float,
     step: float,
+    can_shrink: bool,
     new: Row,
     work: np.ndarray,
 ) -> tuple[float, float, float]:
     """Advance the row until the end of a step, where the protocol prescribes `control`.
 
     The indentation is a parabola through its last two values and the new one. Newton's method with bisection: what is
-    prescribed rises with the indentation.
+    prescribed rises with the indentation. A step that will be rejected is not solved to its end.
 
     Returns:
         Indentation, force and contact radius at the end; the row goes into `new`.
@@ -287,7 +289,7 @@ def _solve(
         before, found = found, found + change
         if not low < found < high:
             found = 0.5 * (low + high)
-        if found == before:
+        if found == before or (can_shrink and abs(found - guess) > 2.0 * _REJECTED * rules.allowed * rules.depth_scale):
             break
     return found, force, radius
 
@@ -350,14 +352,15 @@ def follow_elements(
             if count > 1 and device.compliance > 0.0:
                 before = past[0] - past[1]
                 slope = (depths[0] - depths[1]) / before
+            can_shrink = step > 1e-9 * duration
             found, force, radius = _solve(
-                rules, solid, device, places, row, depth, expected, slope, before, control, step, new, work
+                rules, solid, device, places, row, depth, expected, slope, before, control, step, can_shrink, new, work
             )
             error = abs(force - _predicted(past, forces, count, after)) / max(force_scale, -force)
             if device.compliance > 0.0:
                 error = max(error * device.inward, abs(found - expected) / rules.depth_scale)
             change = 0.9 * (rules.allowed / max(error, 1e-12)) ** (1.0 / count)
-            if error > 1.5 * rules.allowed and step > 1e-9 * duration:
+            if error > _REJECTED * rules.allowed and can_shrink:
                 work[REJECTIONS] += 1
                 step *= min(max(change, 0.2), 0.7)
                 force = forces[0]

@@ -32,6 +32,18 @@ def test_no_state_of_an_elastic_contact_is_unstable(tabor):
     assert_stable(Scene(tabor), protocol, "standard")
 
 
+def test_no_state_behind_a_spring_that_the_sphere_outruns_is_unstable():
+    """The factorisation kept from the pressed contact knows nothing of the fold that one step reaches."""
+    fast = LoadingProtocol(
+        peak_indentation=0.5994020243855318,
+        loading_rate=0.39209586212326747,
+        dwell_time=0.0,
+        unloading_rate=12.432886081322863,
+    )
+    scene = Scene(5.316873658476408, StandardLinearSolid(0.7756758488989576), spring=0.508368479497854)
+    assert count_unstable(scene, fast, "draft") == 0
+
+
 def test_the_count_sees_one_negative_eigenvalue():
     tabor = 3.0
     _, mesh = mesh_for(tabor, edge=0.0, peak=1.0)
