@@ -106,7 +106,6 @@ def simulate(
 
         for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
             if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
-                outputs.forgo(path)
                 typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
             else:
                 write(outputs, path, draw)

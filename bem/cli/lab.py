@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
@@ -232,7 +232,6 @@ def fit_curves(
 
     Example: bem fit-map map.jpk-force-map --radius 2.5um --out map.csv --plot map.png
     """
-    from bem._support.progress import progress_bar
     from bem.lab.maps import QUANTITIES, fit_map, plot_map
 
     require_suffix(out, (".csv",))
