@@ -35,6 +35,7 @@ Sources: Lee and Radok, J. Appl. Mech. 27 (1960) 438, for the growing contact; P
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -111,7 +112,8 @@ class Effects:
 def choices(scene: Scene) -> list[Effects]:
     """Every way to keep neighbouring terms of a scene, with or without adhesion and spring, fewest effects first.
 
-    Ways whose stiffer solid would be out of the range of Tabor parameters are left out; the full scene is the last.
+    Of as many effects, those with as many terms and the same rest stand side by side. Ways whose stiffer solid would be
+    out of the range of Tabor parameters are left out; the full scene is the last.
     """
     of = len(scene.material.strengths)
     adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
@@ -229,7 +231,10 @@ def recommend(
     for effects in every:
         if lighter.left_out and reduced(scene, history, effects)[0] == lighter.scene:
             brackets[effects] = (0.0, min(brackets[effects][1], lighter.error))
-    left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
+    # With as many terms, with and without adhesion and spring, the terms with the smallest estimate.
+    groups = itertools.groupby(every, lambda effects: (effects.terms, effects.adhesion, effects.spring))
+    best_terms = [min(group, key=lambda effects: brackets[effects][1]) for _, group in groups]
+    left = [effects for effects in best_terms if effects != full]
     if quantity == "force":
         left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
     elif quantity == "pull_off_force" and full.adhesion:
@@ -286,16 +291,6 @@ def instants(history: PiecewiseLinearProtocol) -> FloatArray:
         for begin, end, phase in zip(history.times[:-1], history.times[1:], history.phases, strict=True)
     ]
     return np.concatenate([history.times[:1], *pieces])
-
-
-def _best_of_each_count(every: list[Effects], brackets: dict[Effects, tuple[float, float]]) -> list[Effects]:
-    """For each number of terms, with and without adhesion and spring, the terms with the smallest estimate."""
-    best: dict[tuple[int, bool, bool], Effects] = {}
-    for effects in every:
-        group = (effects.terms, effects.adhesion, effects.spring)
-        if group not in best or brackets[effects][1] < brackets[best[group]][1]:
-            best[group] = effects
-    return sorted(best.values(), key=lambda effects: (effects.count, effects.terms))
 
 
 def _brackets(

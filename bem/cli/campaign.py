@@ -119,13 +119,6 @@ def verify(
         raise typer.Exit(1)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the command line `bem`."""
-    app.command()(campaign)
-    app.command()(merge)
-    app.command()(verify)
-
-
 def _end_with_failures(summary: Any) -> None:
     for reason, times in summary.failures.most_common():
         typer.echo(f"{times} failed: {reason}")

@@ -167,10 +167,18 @@ class ClusterExecutor(Executor):
         reachable, self._place = scheduler_address(address), shown(address)
         self.died = distributed.KilledWorker  # after three workers
         self._lost = (OSError, distributed.CancelledError, CancelledError)
+
+        async def require_scheduler() -> None:
+            """Refuse a server of another kind, for which `Client` itself would wait for ever."""
+            how = {"timeout": patience, "connection_args": distributed.Security().get_connection_args("client")}
+            async with asyncio.timeout(patience), distributed.rpc(reachable, **how) as one:
+                if "Scheduler" not in (await one.identity())["type"]:
+                    raise ConnectionError
+
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
             with ThreadPoolExecutor(1) as thread:
-                thread.submit(asyncio.run, _require_scheduler(distributed, reachable, patience)).result()
+                thread.submit(asyncio.run, require_scheduler()).result()
             self._client = distributed.Client(reachable, timeout=patience, set_as_default=False)
         except Exception as error:  # another kind of server may answer anything
             raise CampaignError(f"no Dask scheduler answers at {self._place}") from error
@@ -214,16 +222,6 @@ def scheduler_address(address: str) -> str:
         if parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/"):
             return f"{parts.scheme}://{parts.netloc}"
     raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
-
-
-async def _require_scheduler(distributed: Any, address: str, patience: float) -> None:
-    """Refuse a server of another kind, for which `Client` itself would wait for ever."""
-    import asyncio
-
-    arguments = distributed.Security().get_connection_args("client")
-    async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
-        if "Scheduler" not in (await one.identity())["type"]:
-            raise ConnectionError
 
 
 @functools.cache

@@ -5,9 +5,8 @@ import pytest
 from typer.testing import CliRunner
 
 from bem import ForceProtocol, LoadingProtocol, Scene
-from bem.cli.app import app
+from bem.cli.app import app, readable, title
 from bem.cli.arguments import parse_material
-from bem.cli.summary import readable, title
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.plots import draw_trajectory
 from tests.bem.test_trajectory import trajectory_of

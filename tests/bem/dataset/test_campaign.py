@@ -58,16 +58,17 @@ def test_histories_are_the_solvers_own(plan, undisturbed):
             assert file["scalars/pull_off_force"][row] == found.pull_off_force
 
 
-@pytest.mark.usefixtures("in_this_process")
-def test_failures_are_recorded_with_their_reason(tmp_path):
-    plan = Campaign(count=200, seed=1)
-    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails)
-    tabor = plan.protocols["tabor"]
-    assert summary.failures == {
-        "ArithmeticError: tabor is too large for me": np.sum(tabor > 3.0),
-        "no stable equilibrium found": np.sum(tabor < 0.25),
-    }
-    dataset = load_dataset(tmp_path / "data.h5")
+def test_failures_are_recorded_with_their_reason_and_show_in_the_exit_status(out, tmp_path):
+    tabor = Campaign(count=200, seed=1).protocols["tabor"]
+    deep, shallow = np.sum(tabor > 3.0), np.sum(tabor < 0.25)
+    words = ("campaign", "--count", 200, "--seed", 1, "--out", out)
+    for one in (words, words, (*words, "--retry-failed"), ("merge", out, "--out", tmp_path / "merged.h5")):
+        result = command(*one, solver=stand_in.sometimes_fails)
+        assert (result.exit_code, result.stderr) == (1, "")
+        assert f", {deep + shallow} failed" in result.stdout
+        assert f"{deep} failed: ArithmeticError: tabor is too large for me\n" in result.stdout
+        assert f"{shallow} failed: no stable equilibrium found\n" in result.stdout
+    dataset = load_dataset(out)
     np.testing.assert_array_equal(dataset.completed, np.flatnonzero((tabor <= 3.0) & (tabor >= 0.25)))
     lost = dataset.columns["status"] == 1
     assert np.isnan(dataset.force[lost]).all()
@@ -222,17 +223,6 @@ def test_a_terminal_shows_what_is_done_and_what_failed(monkeypatch):
         show(3, 0)
         show(13, 2)
     assert "13/20\x1b[0m 2 differ, left: " in shown.getvalue()
-
-
-def test_failures_show_in_the_exit_status(out, tmp_path):
-    options = ("campaign", "--count", 60, "--range", "tabor=3.1:3.2", "--out", out)
-    for more in ((), (), ("--retry-failed",)):
-        result = command(*options, *more, solver=stand_in.sometimes_fails)
-        assert (result.exit_code, result.stderr) == (1, "")
-        assert "60 failed: ArithmeticError: tabor is too large for me" in result.stdout
-    result = command("merge", out, "--out", tmp_path / "merged.h5")
-    assert result.exit_code == 1
-    assert "60 failed" in result.stdout
 
 
 def test_the_command_is_recorded_as_typed():

@@ -258,13 +258,19 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(room, plan, undistur
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_a_damaged_description_is_told(plan, undisturbed, out, monkeypatch):
+def test_a_damaged_description_is_told_and_a_journal_that_outlives_its_file_removed(
+    plan, undisturbed, out, monkeypatch
+):
     (path,) = helpers.begun(plan, out, monkeypatch)
-    path.write_bytes(path.read_bytes().replace(b'"design"', b'"resign"', 1))
+    journal = path.read_bytes()
+    path.write_bytes(journal.replace(b'"design"', b'"resign"', 1))
     with pytest.raises(ValueError, match=r"may be replaced with --replace: '.*parts' is damaged"):
         run_campaign(Campaign(count=7), out, solver=stand_in.solve)
     assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
     helpers.assert_same_numbers(out, undisturbed)
+    path.write_bytes(journal)  # as if the process had been killed before it removed this
+    assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
+    assert list(out.parent.iterdir()) == [out]
 
 
 def test_two_campaigns_on_one_file_exclude_each_other(plan, out):
@@ -299,14 +305,6 @@ def test_a_link_in_place_of_a_journal_is_refused(tmp_path, monkeypatch):
     path.symlink_to("nowhere")
     with pytest.raises(CampaignError, match=r"cannot write beside '.*data.h5' \(Too many levels of symbolic links\)"):
         run_campaign(Campaign(count=9), tmp_path / "data.h5", solver=stand_in.solve)
-
-
-@pytest.mark.usefixtures("in_this_process")
-def test_a_journal_that_outlives_its_file_is_removed(plan, undisturbed, out, tmp_path, monkeypatch):
-    helpers.begun(plan, out, monkeypatch)
-    out.write_bytes(undisturbed.read_bytes())
-    assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
-    assert list(tmp_path.iterdir()) == [out]
 
 
 @pytest.mark.usefixtures("in_this_process")
