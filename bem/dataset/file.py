@@ -44,7 +44,7 @@ IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "c
 """What the attribute `campaign` of a data set holds."""
 
 _RATES = ("protocols/tabor", "protocols/loading_rate", "protocols/unloading_rate")
-RULES = {
+RULES: dict[str, tuple[Callable[..., Any], str]] = {
     "status": (lambda values: np.isin(values, (COMPLETED, FAILED)), "neither completed nor failed"),
     **dict.fromkeys(("jumps", "native", "protocols"), (np.isfinite, "not finite")),
     **dict.fromkeys(_RATES, (lambda values: values > 0.0, "not above zero")),

@@ -258,15 +258,6 @@ def test_the_documented_tree_is_the_files(text, job, attributes, tmp_path):
     assert {(name, kind, tuple(sizes[one] for one in shape.split(", "))) for name, kind, shape in rows} == found
 
 
-def test_the_documented_python_runs(tmp_path):
-    path = run_here(PLAN, tmp_path / "dataset.h5", solver=stand_in.solve).path
-    code = TEXT[TEXT.index("```python\n") + 10 :].split("```")[0]
-    names = {}
-    exec(code.replace("published/dataset.h5", str(path)), names)
-    assert names["times"].shape == names["indentations"].shape == names["force"].shape == (40, 120)
-    assert names["tabor"].shape == names["pull_off"].shape == (40,)
-
-
 def test_the_documented_design_file_is_read(tmp_path):
     (tmp_path / "design.toml").write_text(TEXT[TEXT.index("```toml\n") + 8 :].split("```")[0], encoding="utf-8")
     assert read_design_file(tmp_path / "design.toml")["ranges"] == {"tabor": [1.0, 3.2]}
