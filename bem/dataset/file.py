@@ -27,8 +27,6 @@ SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
 SMALL = 4096
 """Size in bytes above which an array is compressed."""
-
-
 ATTRIBUTES = {
     "campaign": dict,
     "versions": dict | list,
@@ -39,10 +37,8 @@ ATTRIBUTES = {
     "workers": int,
 }
 """Root attributes that every reader needs, and their types."""
-
 IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "counts", "native", "shard", "solver")
 """What the attribute `campaign` of a data set holds."""
-
 _RATES = ("protocols/tabor", "protocols/loading_rate", "protocols/unloading_rate")
 RULES: dict[str, tuple[Callable[..., Any], str]] = {
     "status": (lambda values: np.isin(values, (COMPLETED, FAILED)), "neither completed nor failed"),
