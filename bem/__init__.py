@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bem.dataset.cases import Cases as Cases
     from bem.dataset.cases import load_cases as load_cases
     from bem.dataset.run import run_campaign as run_campaign
-    from bem.effects.recommendation import recommend as recommend
+    from bem.effects import recommend as recommend
     from bem.indenter import PowerLaw as PowerLaw
     from bem.materials import Elastic as Elastic
     from bem.materials import PronySeries as PronySeries

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.quantities import UNITS
-from bem._support.tabular import labelled
+from bem._support.tabular import UNITS, labelled
 from bem._support.validation import FloatArray, real_array
 from bem._support.wording import shown
 from bem.indenter import PARABOLOID

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.interpolation import ForceInterpolant
-from bem._support.quantities import FORCE, UNITS
-from bem._support.tabular import Column, Tabular
+from bem._support.tabular import FORCE, UNITS, Column, Tabular
 from bem._support.validation import FloatArray
 from bem.profiles import Profiles
 

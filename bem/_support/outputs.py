@@ -26,7 +26,7 @@ class Outputs:
     """Output files of one command, as a context around its work.
 
     On entering, each file's part is created beside it; `write` gives the part to write to; on leaving without an
-    error, all parts take their places. Otherwise what was there before stays.
+    error, all parts that were written take their places. Otherwise what was there before stays.
 
     Args:
         paths: The files, `None` for those not wanted. A device or a pipe is written directly.
@@ -42,6 +42,7 @@ class Outputs:
         if len(set(map(Path.absolute, self.paths))) < len(self.paths):
             raise ValueError(f"Expected different output files; received {', '.join(map(str, self.paths))}")
         self._parts: dict[Path, tuple[Path, Path]] = {}  # target and part of each
+        self._written: set[Path] = set()
 
     def __enter__(self) -> Outputs:
         undo.append(self._discard)
@@ -69,12 +70,8 @@ class Outputs:
             ValueError: the operating system refused, as a full disk does.
         """
         with _refusals(path):
-            yield self._parts.get(Path(path), (path, Path(path)))[1]
-
-    def forgo(self, path: Path) -> None:
-        """Write nothing to `path` after all; what was there before stays."""
-        if path in self._parts:
-            self._parts.pop(path)[1].unlink(missing_ok=True)
+            yield self._parts[path][1] if path in self._parts else path
+        self._written.add(path)
 
     def _reserve(self, path: Path) -> None:
         with _refusals(path):
@@ -98,11 +95,11 @@ class Outputs:
     def _settle(self) -> None:
         done: list[tuple[Path, Path | None]] = []
         try:
-            for path, (target, part) in self._parts.items():
-                former = None
+            for path in filter(self._written.__contains__, self._parts):
+                former, (target, part) = None, self._parts[path]
                 with _refusals(path):
                     # Renamed, so that it can come back; a single file is replaced at once.
-                    if len(self._parts) > 1 and target.exists():
+                    if len(self._written) > 1 and target.exists():
                         former = target.replace(part.with_name(f"{part.name}.former"))
                     done.append((target, former))
                     part.replace(target)
@@ -172,8 +169,8 @@ def require_output(path: str | Path) -> None:
     Raises:
         ValueError: `path` is a directory, lies in none, or cannot be written.
     """
-    with Outputs(Path(path)) as outputs:
-        outputs.forgo(Path(path))
+    with Outputs(Path(path)):
+        pass
 
 
 def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:

@@ -3,6 +3,7 @@
 import functools
 import os
 import platform
+import resource
 import shlex
 import subprocess
 import sys
@@ -55,11 +56,7 @@ def versions() -> dict[str, str]:
 
 
 def peak_memory() -> int:
-    """Largest memory this process has held so far, in bytes; 0 on systems that do not tell."""
-    try:
-        import resource
-    except ImportError:
-        return 0
+    """Largest memory this process has held so far, in bytes."""
     unit = 1 if sys.platform == "darwin" else 1024
     return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 

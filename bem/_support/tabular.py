@@ -1,4 +1,4 @@
-"""Records that show themselves: as one line, in a notebook, as a table of pandas and as a data set of xarray."""
+"""Units of quantities, and records that show themselves: in a line, a notebook, a table of pandas, a set of xarray."""
 
 from __future__ import annotations
 
@@ -14,6 +14,18 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+TIME, LENGTH, FORCE = "retardation time", "h0", "pi R dgamma"
+UNITS = {
+    "tabor": "",
+    **dict.fromkeys(("time", "dwell_time", "pull_off_time"), TIME),
+    **dict.fromkeys(("indentation", "stage", "peak_indentation"), LENGTH),
+    **dict.fromkeys(("loading_rate", "unloading_rate"), f"{LENGTH} / {TIME}"),
+    **dict.fromkeys(("force", "force_before", "force_after", "pull_off_force", "max_compression", "end_force"), FORCE),
+    "hysteresis": f"{LENGTH} {FORCE}",
+    "contact_radius": "beta",
+    "solver_seconds": "s",
+}
+"""The unit of each quantity; "" is a pure number."""
 _SYMBOLS = {"h0 ": "<i>h</i><sub>0</sub> ", "pi R dgamma": "π<i>R</i>Δγ"}  # of units, in HTML
 INSTALL = "install it with `pip install 'contact-trajectories[tables]'`"
 
@@ -40,14 +52,6 @@ def labelled(variables: dict[str, Any], attributes: dict[str, Any], **coordinate
         for one in (variables, coordinates)
     )
     return xr.Dataset(*parts, attrs=attributes)
-
-
-def _typeset(text: str) -> str:
-    """HTML of a fact, its units in symbols."""
-    escaped = html.escape(text)
-    for plain, symbols in _SYMBOLS.items():
-        escaped = escaped.replace(plain, symbols)
-    return escaped
 
 
 class Tabular(ABC):
@@ -83,9 +87,11 @@ class Tabular(ABC):
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{_typeset(value)}</td></tr>"
+            f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
             for name, value in self.facts().items()
         )
+        for plain, symbols in _SYMBOLS.items():
+            rows = rows.replace(plain, symbols)
         text = f"<b>{type(self).__name__}</b><table>{rows}</table>"
         if any(len(column.values) for column in self.columns().values()):
             drawn = StringIO()

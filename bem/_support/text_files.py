@@ -8,7 +8,7 @@ import csv
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -40,13 +40,10 @@ def read_text(path: str | Path, most: int = MOST_CHARACTERS) -> str:
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """Return the content of a TOML file; errors as `read_text`, and text that is no TOML or too deeply nested."""
-    text = _shallow(read_text(path, MOST_OF_TOML))
+    text = read_text(path, MOST_OF_TOML)
     if any(re.sub(r"\d\.\d", "", line).count(".") > _MOST_DOTS for line in text.splitlines()):
         raise ValueError(f"more than {_MOST_DOTS} dots in a line")
-    try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
+    return _parsed(tomllib.loads, text)
 
 
 def parse_json(text: str, **options: Any) -> Any:
@@ -55,10 +52,7 @@ def parse_json(text: str, **options: Any) -> Any:
     Raises:
         ValueError: the text is no JSON, or nested too deeply.
     """
-    try:
-        return json.loads(_shallow(text), **options)
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
+    return _parsed(json.loads, text, **options)
 
 
 def read_json(path: str | Path) -> Any:
@@ -83,20 +77,21 @@ def plain(value: Any) -> Any:
     """Return a value with NaN and infinity as `None`, arrays and tuples as lists, and NumPy's numbers as Python's."""
     if isinstance(value, Mapping):
         return {str(key): plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, list | tuple):
         return [plain(part) for part in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
 
 
-def _shallow(text: str) -> str:
-    """The text, if its brackets nest no deeper than `DEEPEST`; brackets in quotes count too."""
+def _parsed(parse: Callable[..., Any], text: str, **options: Any) -> Any:
+    """What a parser makes of text whose brackets nest no deeper than `DEEPEST`; brackets in quotes count too."""
     steps = (1 if bracket in "[{" else -1 for bracket in re.findall(r"[\[\]{}]", text))
     if any(depth > DEEPEST for depth in accumulate(steps, lambda depth, step: max(depth + step, 0), initial=0)):
         raise ValueError(f"nested too deeply, more than {DEEPEST} times")
-    return text
+    try:
+        return parse(text, **options)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error

@@ -5,6 +5,8 @@ A user's mistake prints one sentence and exits with code 2; an unfinished simula
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,22 +15,8 @@ import typer
 from bem import __version__
 from bem._support.command_line import add_version, parse_accuracy, run_command
 from bem._support.outputs import IMAGES, Outputs, require_suffix
-from bem.cli import lab
-from bem.cli.arguments import (
-    Adhesion,
-    File,
-    Indenter,
-    Material,
-    Number,
-    Text,
-    by_force,
-    option,
-    parse_numbers,
-    scene_of,
-    write,
-)
-from bem.cli.campaign import register
-from bem.cli.summary import readable, title, to_json, write_csv
+from bem.cli import arguments, campaign, lab
+from bem.cli.arguments import STILL_ATTACHED, Adhesion, File, Indenter, Material, Number, Text, option, write
 
 app = typer.Typer(
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
@@ -42,6 +30,8 @@ FORCES = "Force at these times, separated by commas, linear between them, in pi 
 
 FRAMES = 80
 """Profiles of a film."""
+MOST_FORCES = 4
+"""Forces named in a title, which has to fit over the picture."""
 
 add_version(app, "bem", __version__)
 
@@ -86,11 +76,11 @@ def simulate(
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
 
-    scene = scene_of(tabor, material, adhesion, spring, indenter)
+    scene = arguments.scene_of(tabor, material, adhesion, spring, indenter)
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     protocol: Any
-    if by_force(cycle, times, forces):
-        protocol = ForceProtocol(parse_numbers("times", times), parse_numbers("forces", forces))
+    if arguments.by_force(cycle, times, forces):
+        protocol = ForceProtocol(arguments.parse_numbers("times", times), arguments.parse_numbers("forces", forces))
     else:
         protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     require_suffix(plot, IMAGES)
@@ -106,7 +96,6 @@ def simulate(
 
         for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
             if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
-                outputs.forgo(path)
                 typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
             else:
                 write(outputs, path, draw)
@@ -116,7 +105,8 @@ def simulate(
 
 
 lab.register(app)
-register(app)
+for command in (campaign.campaign, campaign.merge, campaign.verify):
+    app.command()(command)
 
 
 @app.command("compile")
@@ -136,3 +126,87 @@ def compile_kernels() -> None:
 def app_main() -> None:
     """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
     run_command(app, "bem")
+
+
+def title(scene: Any, protocol: Any) -> str:
+    """Scene and protocol, a line for each."""
+    material = type(scene.material).__name__.replace("StandardLinearSolid", "standard linear solid")
+    if hasattr(scene.material, "modulus_ratio"):
+        material += f" of modulus ratio {scene.material.modulus_ratio:g}"
+    contact = f"Tabor parameter {scene.tabor:g}, {material}"
+    if not hasattr(protocol, "peak_indentation"):
+        forces = [f"{force:g} at {time:g}" for time, force in zip(protocol.times, protocol.forces, strict=True)]
+        more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
+        return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
+    return (
+        f"{contact}\nindented to {protocol.peak_indentation:g} at rate "
+        f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"
+    )
+
+
+def write_csv(trajectory: Any, path: Path) -> None:
+    """Write the arrays as comma-separated columns with a header."""
+    import numpy as np
+
+    names = arrays_of(trajectory)
+    table = np.column_stack([getattr(trajectory, name) for name in names])
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.10g")
+
+
+def to_json(trajectory: Any) -> str:
+    """Summary and arrays as JSON; NaN, which JSON does not have, becomes null."""
+    from bem._support.text_files import plain
+
+    return json.dumps(plain(trajectory.summary() | {name: getattr(trajectory, name) for name in arrays_of(trajectory)}))
+
+
+def arrays_of(trajectory: Any) -> tuple[str, ...]:
+    """Names of the arrays that are written; the stage has one of its own where a spring holds the sphere."""
+    arrays = ("time", "indentation", "force", "contact_radius")
+    return arrays if trajectory.spring is None else (*arrays, "stage")
+
+
+def readable(trajectory: Any) -> str:
+    """A short summary for people."""
+    stats = trajectory.stats
+    lines = [f"status           {trajectory.status}"]
+    if trajectory.completed:
+        lines += [
+            f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}"
+            if trajectory.pull_off_force > 0.0
+            else "pull-off force   none",
+            f"max compression  {trajectory.max_compression:.5g}",
+            f"hysteresis       {trajectory.hysteresis:.5g}",
+            f"work             {work_words(trajectory)}",
+            f"end force        {trajectory.end_force:.5g}",
+        ]
+        if trajectory.pull_off_force > 0.0 and not trajectory.detached:
+            lines.append(f"detached         no, {STILL_ATTACHED}")
+    lines += [
+        f"jump             at indentation {jump.indentation:.5g}{moved_words(jump)}: "
+        f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
+        for jump in trajectory.jumps
+    ]
+    lines.append(
+        f"cost             {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, {stats.nodes:.0f} nodes, "
+        f"target error {trajectory.accuracy:g}, {stats.multiply_adds:.3g} multiply-adds in {stats.attempts} "
+        f"attempt{'s' * (stats.attempts > 1)}, {stats.failed_attempts or 'none'} failed"
+    )
+    return "\n".join(lines)
+
+
+def moved_words(jump: Any) -> str:
+    """Where a jump takes the sphere, if elsewhere."""
+    if math.isnan(jump.indentation_after):
+        return " -> flown off"
+    return "" if jump.indentation_after == jump.indentation else f" -> {jump.indentation_after:.5g}"
+
+
+def work_words(trajectory: Any) -> str:
+    """The signed work, and what a negative one means."""
+    work = trajectory.work()
+    if work >= 0.0:
+        return f"{work:.5g}"
+    if -work <= trajectory.accuracy * trajectory.turnover():
+        return f"{work:.5g}: zero to the accuracy"
+    return f"{work:.5g}: the contact gave energy back; not dissipation"

@@ -21,6 +21,7 @@ MATERIAL_HELP = (
     "such as sylgard_184, whose times are in seconds."
 )
 
+STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
 ADHESION_HELP = (
     "Traction law: lennard-jones, constant-stress (Maugis-Dugdale) or exponential; none for impenetrable surfaces."
 )

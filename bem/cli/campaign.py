@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.provenance import command_line
 from bem.cli.arguments import File, Text, option, parse_ranges, parse_ratio, parse_shard, read_design_file
@@ -45,7 +45,6 @@ def campaign(
     The exit status is 1 when any trajectory failed.
     """
     from bem._support.jit import announce_compilation
-    from bem._support.progress import progress_bar
     from bem.dataset.campaign import Campaign
     from bem.dataset.designs import Design
     from bem.dataset.measurement_steps import PHYSICAL
@@ -111,7 +110,6 @@ def verify(
     may err by that; the number of trajectories that are identical to the last bit is printed too. The exit status is 1
     when any does not agree.
     """
-    from bem._support.progress import progress_bar
     from bem.dataset.verification import verify as compare
 
     with progress_bar(sample, "differ") as progress:
@@ -119,13 +117,6 @@ def verify(
     typer.echo(str(found))
     if not found.agrees:
         raise typer.Exit(1)
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the command line `bem`."""
-    app.command()(campaign)
-    app.command()(merge)
-    app.command()(verify)
 
 
 def _end_with_failures(summary: Any) -> None:

@@ -14,12 +14,12 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
+from bem.cli import arguments
 from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
-from bem.cli.summary import STILL_ATTACHED
 
 MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
@@ -153,7 +153,7 @@ def simulate_si(
         "duration": readable(float(curve.time[-1]), "s"),
     }
     if curve.pull_off_force > 0.0 and not curve.detached:
-        lines["detached"] = f"no, {STILL_ATTACHED}"
+        lines["detached"] = f"no, {arguments.STILL_ATTACHED}"
     if curve.contact_radius.max() > setup.radius:
         lines["contact radius"] += ", more than the radius: no theory of a half-space holds; are the units right?"
     if setup.range_is_effective:
@@ -232,7 +232,6 @@ def fit_curves(
 
     Example: bem fit-map map.jpk-force-map --radius 2.5um --out map.csv --plot map.png
     """
-    from bem._support.progress import progress_bar
     from bem.lab.maps import QUANTITIES, fit_map, plot_map
 
     require_suffix(out, (".csv",))

@@ -1,7 +1,12 @@
-"""What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
+"""What a campaign computes: scenes and protocols, each by its index, and what is kept of each trajectory.
+
+A job is either a `Campaign`, protocols of a design, or `bem.Cases`. It travels to the workers without its cases, which
+each batch brings with it.
+"""
 
 import functools
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,16 +16,101 @@ import numpy as np
 from bem._support.validation import FloatArray, whole_number
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
+from bem.dataset import records
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import Job, Solver, solver_name
-from bem.dataset.measurement_steps import FMS, STEPS_VERSION, checked_counts
-from bem.dataset.records import JUMP_QUANTITIES, NATIVE_QUANTITIES, RESULTS, Record, grid_of, measured_layout
+from bem.dataset.measurement_steps import FMS, STEPS, STEPS_VERSION, checked_counts
+from bem.dataset.records import RESULTS, Columns, Layout, Record, grid_of
+from bem.dataset.sealed_file import FORMAT
 from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import LoadingProtocol
+from bem.protocol import LoadingProtocol, Protocol
 from bem.scene import Scene
+from bem.solver.version import SOLVER_VERSION
 
-STEPS = ("uniform", "physical")
+Solver = Callable[..., Any]
+Batch = tuple[tuple[int, Any], ...]
+"""Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
+LARGEST_BATCH = 1000
+SHARE_OF_REST = 5
+"""A batch is at most this part of what each worker has yet to do, so that all end at about the same time ..."""
+BATCHES_PER_WORKER = 96
+"""... and need be no smaller than this part of all it does."""
+
+
+class Job:
+    """Trajectories to simulate, how, and what is kept of each, as its subclasses say."""
+
+    indices: np.ndarray
+    """Which trajectories, shape (n,)."""
+    accuracy: str | float
+    layout: Layout
+    """The arrays that hold what is kept."""
+    identity: Callable[..., dict[str, Any]]
+    """Returns everything that determines the numbers, the solver included, or a stand-in for it."""
+    cases_of: Callable[[Any], list[tuple[Scene, Any]]]
+    """Returns scene and protocol of the trajectories of some indices."""
+    inputs: Callable[[Any], Columns]
+    """Returns what the file says of the cases of some indices."""
+    kept: Callable[[Any, Any], tuple[Record, Record]]
+    """Returns what is kept of any trajectory of a case, and of a completed one besides."""
+    read: Callable[[Path], tuple[Columns, dict[str, Any]]]
+    """Returns arrays and root attributes of a complete file; see `load_dataset` for its errors."""
+    form: ClassVar[str] = FORMAT
+    """Name of the file's format."""
+    stated: ClassVar[tuple[str, ...]] = ("accuracy",)
+    """What of the identity the root attributes state again."""
+    finite_in: ClassVar[str] = ""
+    """Beginning of the paths of arrays in which every number must be finite."""
+    without_trajectory: ClassVar[Record] = {}
+    """What is not blank in a record where the solver raised an error."""
+
+    def shard_path(self, out: Path) -> Path:
+        """Where the file goes: `out` itself, or beside it for one of several shards."""
+        return out
+
+    def batches(self, indices: np.ndarray, workers: int) -> deque[Batch]:
+        """Some of the trajectories in batches for these workers, each with its case, in random order.
+
+        The batches become smaller and smaller towards the end.
+        """
+        order = np.random.default_rng(0).permutation(indices)
+        items = list(zip(order.tolist(), self.cases_of(order), strict=True))
+        batches: deque[Batch] = deque()
+        begin, least = 0, len(items) // (BATCHES_PER_WORKER * workers)
+        while begin < len(items):
+            size = min(max((len(items) - begin) // (SHARE_OF_REST * workers), least, 1), LARGEST_BATCH)
+            batches.append(tuple(items[begin : begin + size]))
+            begin += size
+        return batches
+
+    def simulated(self, index: int, case: tuple[Scene, Protocol], solver: Solver) -> Record:
+        """Simulate one trajectory; an error of the solver, whatever it is, becomes a failed record."""
+        # One failing case must not end the batch.
+        try:
+            trajectory = solver(*case, accuracy=self.accuracy)
+            known, results = self.kept(trajectory, case)
+        except Exception as error:
+            return self.failed(index, f"{type(error).__name__}: {error}")
+        if not self._finite(known | results):
+            known = known if self._finite(known) else {}
+            return self.failed(index, "the solver returned numbers that are not finite", known)
+        if not trajectory.completed:
+            return self.failed(index, trajectory.status, known)
+        return {"index": index, "status": records.COMPLETED, "reason": ""} | known | results
+
+    def failed(self, index: int, reason: str, known: Record | None = None) -> Record:
+        """The record of a trajectory without a result, and with what is `known` of it all the same."""
+        known = known or self.without_trajectory
+        return records.blank(self.layout) | known | {"index": index, "status": records.FAILED, "reason": reason}
+
+    def _finite(self, values: Record) -> bool:
+        checked = (numbers for path, numbers in values.items() if path.startswith(self.finite_in))
+        return all(np.all(np.isfinite(numbers)) for numbers in checked)
+
+
+def solver_name(solver: Solver | None) -> str:
+    """What the identity of a job says of the solver, or of its stand-in."""
+    return SOLVER_VERSION if solver is None else f"{solver.__module__}.{solver.__qualname__}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,9 +184,9 @@ class Campaign(Job):
         return np.arange(self.shard[0] - 1, self.count, self.shard[1])
 
     @property
-    def layout(self) -> Mapping[str, np.dtype]:
+    def layout(self) -> Layout:  # type: ignore[override]
         """The arrays of a data set but those of the protocols."""
-        return measured_layout(sum(self.counts), native=self.native)
+        return records.measured_layout(sum(self.counts), native=self.native)
 
     def __getstate__(self) -> dict[str, Any]:
         return {one.name: getattr(self, one.name) for one in fields(self)}  # without the protocols
@@ -155,10 +245,10 @@ class Campaign(Job):
         times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts)
         results: Record = {"fms/force": np.asarray(trajectory.at(times[0]), dtype=np.float32)}
         results |= {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
-        for name in JUMP_QUANTITIES:
+        for name in records.JUMP_QUANTITIES:
             results[f"jumps/{name}"] = np.array([getattr(jump, name) for jump in jumps], dtype=np.float64)
         if self.native:
-            results |= {f"native/{name}": getattr(trajectory, name) for name in NATIVE_QUANTITIES}
+            results |= {f"native/{name}": getattr(trajectory, name) for name in records.NATIVE_QUANTITIES}
         return known, results
 
     def read(self, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

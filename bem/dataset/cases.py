@@ -23,9 +23,8 @@ from bem import protocol as protocols
 from bem import scene as scenes
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
-from bem.dataset.checks import check_attributes, check_columns
-from bem.dataset.file import read_file
-from bem.dataset.jobs import Job, Solver, solver_name
+from bem.dataset.campaign import Job, Solver, solver_name
+from bem.dataset.file import check_attributes, check_columns, read_file
 from bem.dataset.records import RESULTS, Columns, Record, layout_of, untabulate
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, history_of
 from bem.scene import Scene

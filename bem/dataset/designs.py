@@ -95,14 +95,6 @@ class Design:
         object.__setattr__(self, "modulus_ratio", ratio)
 
     @property
-    def drawn(self) -> dict[str, tuple[float, float]]:
-        """The ranges of all that is drawn, that of the modulus ratio last where it has one."""
-        drawn = dict(self.ranges)
-        if isinstance(self.modulus_ratio, tuple):
-            drawn["modulus_ratio"] = self.modulus_ratio
-        return drawn
-
-    @property
     def largest_count(self) -> int:
         """Number of different protocols that the design can draw."""
         if self.name == "paper":
@@ -137,7 +129,9 @@ class Design:
         return {name: grid[node] for name, grid, node in zip(QUANTITIES, grids, nodes, strict=True)}
 
     def _spread(self, count: int, seed: int) -> dict[str, FloatArray]:
-        drawn = self.drawn
+        drawn = dict(self.ranges)
+        if isinstance(self.modulus_ratio, tuple):
+            drawn["modulus_ratio"] = self.modulus_ratio
         if self.name in _DENSITIES:
             # Imported here because scipy.stats takes half a second.
             from scipy.stats.qmc import Sobol
@@ -158,10 +152,8 @@ def _checked_range(name: str, bounds: Any, **limits: float) -> tuple[float, floa
         low, high = bounds
     except (TypeError, ValueError):
         raise ValueError(f"range of {name} must be two numbers, low and high; received {shown(bounds)}") from None
-    low, high = (
-        finite_number(f"lower bound of {name}", low, **limits),
-        finite_number(f"upper bound of {name}", high, **limits),
-    )
+    low = finite_number(f"lower bound of {name}", low, **limits)
+    high = finite_number(f"upper bound of {name}", high, **limits)
     if low > high:
         raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
     return low, high

@@ -1,9 +1,10 @@
-"""Where batches of work run: processes of this machine (loky) or the workers of a Dask scheduler.
+"""How a job is simulated: in batches, by processes of this machine (loky) or the workers of a Dask scheduler.
 
 Both return futures. When a worker dies, its batch is started again. A batch whose worker dies every time is divided
 into its items, which run alone; an item whose worker still dies is given up.
 """
 
+import functools
 import os
 import threading
 import time
@@ -12,20 +13,31 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import Any, Self
 from urllib.parse import urlsplit
 
+import numpy as np
 from loky import cpu_count, get_reusable_executor
 
 from bem._support.interruption import deaf_processes
+from bem._support.provenance import origin, peak_memory
 from bem._support.validation import whole_number
 from bem._support.wording import shown
+from bem.dataset.campaign import Batch, Job, Solver
+from bem.dataset.records import Record
+from bem.materials import StandardLinearSolid
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+from bem.solver.version import SOLVER_VERSION
 
-Batch = tuple[tuple[int, Any], ...]
-"""Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
 Task = Callable[[Batch], Any]
 
+LONGEST_BATCH = 1.0
+"""Seconds after which a worker returns what it has done of a batch; what it holds is lost when it dies."""
+SAVING_BATCH = 0.01
+"""Seconds as well for each worker, so that the one process which saves all batches, in a quarter of this, keeps up."""
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
 
@@ -155,10 +167,18 @@ class ClusterExecutor(Executor):
         reachable, self._place = scheduler_address(address), shown(address)
         self.died = distributed.KilledWorker  # after three workers
         self._lost = (OSError, distributed.CancelledError, CancelledError)
+
+        async def require_scheduler() -> None:
+            """Refuse a server of another kind, for which `Client` itself would wait for ever."""
+            how = {"timeout": patience, "connection_args": distributed.Security().get_connection_args("client")}
+            async with asyncio.timeout(patience), distributed.rpc(reachable, **how) as one:
+                if "Scheduler" not in (await one.identity())["type"]:
+                    raise ConnectionError
+
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
             with ThreadPoolExecutor(1) as thread:
-                thread.submit(asyncio.run, _require_scheduler(distributed, reachable, patience)).result()
+                thread.submit(asyncio.run, require_scheduler()).result()
             self._client = distributed.Client(reachable, timeout=patience, set_as_default=False)
         except Exception as error:  # another kind of server may answer anything
             raise CampaignError(f"no Dask scheduler answers at {self._place}") from error
@@ -204,11 +224,56 @@ def scheduler_address(address: str) -> str:
     raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
 
 
-async def _require_scheduler(distributed: Any, address: str, patience: float) -> None:
-    """Refuse a server of another kind, for which `Client` itself would wait for ever."""
-    import asyncio
+@functools.cache
+def warm_solver() -> Solver:
+    """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    from bem.solver.simulation import simulate
 
-    arguments = distributed.Security().get_connection_args("client")
-    async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
-        if "Scheduler" not in (await one.identity())["type"]:
-            raise ConnectionError
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    return simulate
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """The results of a batch."""
+
+    records: list[Record]
+    """One for each trajectory that was simulated, the first ones of the batch."""
+    seconds: float = 0.0
+    """What they took a worker."""
+    origin: dict[str, Any] = field(default_factory=dict)
+    """Versions and host of the worker, empty where it died."""
+    solver_version: str = SOLVER_VERSION
+    memory: int = 0
+    """Largest memory of the worker so far, in bytes."""
+
+
+def simulated_batch(job: Job, solver: Solver | None, patience: float, batch: Batch) -> Arrival:
+    """What a worker does with a batch: trajectory after trajectory, until its seconds are over."""
+    solver = solver or warm_solver()
+    started, records = time.perf_counter(), list[Record]()
+    for index, case in batch:
+        records.append(job.simulated(index, case, solver))
+        if (seconds := time.perf_counter() - started) > patience:
+            break
+    return Arrival(records, seconds, origin(), SOLVER_VERSION, peak_memory())
+
+
+def results(job: Job, indices: np.ndarray, executor: Executor, solver: Solver | None) -> Iterator[Arrival]:
+    """Some of a job's trajectories, as they arrive.
+
+    Raises:
+        CampaignError: the work cannot continue.
+    """
+    batches = job.batches(indices, executor.workers)
+    patience = max(LONGEST_BATCH, SAVING_BATCH * executor.workers)
+    for batch, arrival in executor.run(batches, functools.partial(simulated_batch, job, solver, patience)):
+        if arrival is None:
+            reason = "the worker process died every time, perhaps for lack of memory"
+            arrival = Arrival([job.failed(index, reason) for index, _ in batch])
+        if arrival.solver_version != SOLVER_VERSION:
+            raise CampaignError("the workers run another version of the solver than this machine")
+        if rest := batch[len(arrival.records) :]:
+            batches.appendleft(rest)
+        yield arrival

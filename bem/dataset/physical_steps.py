@@ -86,31 +86,21 @@ def physical_grid(
         raise ValueError(f"counts must ask for at least 8 unloading points; received {counts[2]}")
     if start_indentation is None:
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
-    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
+    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation, modulus_ratio)
     protocols = np.empty((len(given), max(map(np.size, given))))
     for row, values in enumerate(given):
         protocols[row] = values
-    ratios = np.empty(protocols.shape[1])
-    ratios[:] = modulus_ratio
-    strengths, rates = solids(ratios)
+    if np.any(bad := ~((protocols[6] > 0.0) & (protocols[6] <= 1.0))):
+        StandardLinearSolid(float(protocols[6, bad][0]))  # says what is allowed
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
-    times, indentations, *_ = on_steps(protocols, strengths, rates, np.array(counts), _PLACE)
+    times, indentations, *_ = on_steps(protocols, np.array(counts), _PLACE)
     require_steps(times, counts[1], protocols[3], protocols[:5].T, "the quantities")
     return times, indentations
-
-
-def solids(modulus_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Relaxation strengths and rates, each (B, 1), of standard linear solids of modulus ratios (B,)."""
-    bad = ~((modulus_ratio > 0.0) & (modulus_ratio <= 1.0))
-    if np.any(bad):
-        StandardLinearSolid(float(modulus_ratio[bad][0]))  # says what is allowed
-    rates = 1.0 / modulus_ratio[:, np.newaxis]
-    return rates - 1.0, rates
 
 
 @kernel
@@ -119,11 +109,10 @@ def _hertz(indentation: float) -> float:
 
 
 @kernel
-def carry(memory: np.ndarray, rates: np.ndarray, dt: float, change: float) -> None:
-    """Carry memories z_j = int exp(-r_j (t - s)) du(s), shape (m,), over a step in which u changes linearly."""
-    for j in range(memory.size):
-        lost = -np.expm1(-rates[j] * dt)
-        memory[j] += lost / (rates[j] * dt) * change - lost * memory[j]
+def _carried(memory: float, rate: float, dt: float, change: float) -> float:
+    """A memory int exp(-r (t - s)) du(s) after a step in which u changes linearly."""
+    lost = -np.expm1(-rate * dt)
+    return memory + (lost / (rate * dt) * change - lost * memory)
 
 
 @kernel
@@ -169,46 +158,51 @@ def _after(room: float, features: np.ndarray, place: np.ndarray, count: int) -> 
 
 @kernel
 def on_steps(
-    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray, place: np.ndarray
+    protocols: np.ndarray, counts: np.ndarray, place: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Steps of protocols (6, B), the quantities and the start, where the pull-off is expected by coefficients `place`.
+    """Steps where the pull-off is expected by coefficients `place`.
+
+    Args:
+        protocols: the five quantities, the start and the modulus ratio, float64 (7, B).
+        counts: points of loading, dwell and unloading, (3,).
+        place: coefficients of the polynomial, (210,).
 
     Returns:
         instants and indentations (B, N), the crossings (B,), and the features of the polynomial with 1, (B, 7).
     """
-    batch, terms = strengths.shape
+    batch = protocols.shape[1]
     loading, dwell, unloading = counts
     times = np.empty((batch, loading + dwell + unloading))
     indentations = np.empty_like(times)
     crossings, features = np.zeros(batch), np.ones((batch, _FEATURES + 1))
-    memory = np.empty(terms)
     where, force = np.empty(_UNLOADING.size), np.empty(_UNLOADING.size)
     for row in range(batch):
-        tabor, peak, up, dwelt, down, start = protocols[:, row]
+        tabor, peak, up, dwelt, down, start, ratio = protocols[:, row]
+        rate = 1.0 / ratio  # of relaxation; the strength is one less
         onset = (peak - start) / up
         turn = onset + dwelt
         for i in range(loading):
             part = i / (loading - 1)
             times[row, i] = onset * part
             indentations[row, i] = start * (1.0 - part) + peak * part
-        memory[:] = 0.0
+        memory = 0.0
         for i in range(1, _LOADING.size):
             high, low = peak * _LOADING[i], peak * _LOADING[i - 1]
-            carry(memory, rates[row], (high - low) / up, _hertz(high) - _hertz(low))
+            memory = _carried(memory, rate, (high - low) / up, _hertz(high) - _hertz(low))
         if dwelt > 0.0:
             for i in range(_DWELL.size):
                 where[i] = dwelt * _DWELL[i]
                 if i > 0:
-                    carry(memory, rates[row], where[i] - where[i - 1], 0.0)
-                force[i] = _hertz(peak) + (strengths[row] * memory).sum()
+                    memory = _carried(memory, rate, where[i] - where[i - 1], 0.0)
+                force[i] = _hertz(peak) + (rate - 1.0) * memory
             if dwell > 0:
                 spread = _spread(where[: _DWELL.size], force[: _DWELL.size], dwell)
                 times[row, loading : loading + dwell] = onset + spread
             indentations[row, loading : loading + dwell] = peak
-        crossing, slope, last = _crossing(peak, down, strengths[row], rates[row], memory, where, force)
-        room, glassy = crossing - start, 1.0 + strengths[row].sum()
+        crossing, slope, last = _crossing(peak, down, rate, memory, where, force)
+        room = crossing - start
         steep = max(slope, 0.0) + _LEAST_SLOPE
-        features[row, :_FEATURES] = np.log(np.array([tabor, down, 1.0 / glassy, room, steep, (peak - crossing) / peak]))
+        features[row, :_FEATURES] = np.log(np.array([tabor, down, ratio, room, steep, (peak - crossing) / peak]))
         before = max(int(BEFORE_CROSSING * unloading + 0.5), 1)
         travel = np.empty(unloading)
         travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
@@ -223,26 +217,20 @@ def on_steps(
 
 @kernel
 def _crossing(
-    peak: float,
-    down: float,
-    strengths: np.ndarray,
-    rates: np.ndarray,
-    memory: np.ndarray,
-    where: np.ndarray,
-    force: np.ndarray,
+    peak: float, down: float, rate: float, memory: float, where: np.ndarray, force: np.ndarray
 ) -> tuple[float, float, int]:
     """Indentation at which the force vanishes, and the slope there; leaves travels in `where`, forces in `force`."""
-    glassy = 1.0 + strengths.sum()
-    where[0], force[0] = 0.0, _hertz(peak) + (strengths * memory).sum()
-    slope = 1.5 * np.sqrt(peak) * glassy + (strengths * rates * memory).sum() / down
+    strength = rate - 1.0
+    where[0], force[0] = 0.0, _hertz(peak) + strength * memory
+    slope = 1.5 * np.sqrt(peak) * rate + strength * rate * memory / down
     for i in range(_UNLOADING.size - 1):
         where[i + 1] = peak * _UNLOADING[i + 1]
         left = max(peak - where[i + 1], 0.0)
         change = _hertz(left) - _hertz(peak - where[i])
-        carry(memory, rates, (where[i + 1] - where[i]) / down, change)
-        force[i + 1] = _hertz(left) + (strengths * memory).sum()
+        memory = _carried(memory, rate, (where[i + 1] - where[i]) / down, change)
+        force[i + 1] = _hertz(left) + strength * memory
         before = slope
-        slope = 1.5 * np.sqrt(left) * glassy + (strengths * rates * memory).sum() / down
+        slope = 1.5 * np.sqrt(left) * rate + strength * rate * memory / down
         if force[i + 1] <= 0.0:
             part = force[i] / (force[i] - force[i + 1])
             where[i + 1] = where[i] + part * (where[i + 1] - where[i])

@@ -16,10 +16,9 @@ import numpy as np
 from bem._support.outputs import require_output, require_suffix
 from bem._support.provenance import merged, peak_memory, provenance
 from bem._support.wording import shown
-from bem.dataset.campaign import Campaign
-from bem.dataset.executors import CampaignError, ClusterExecutor, LocalExecutor
+from bem.dataset.campaign import Campaign, Job, Solver
+from bem.dataset.executors import CampaignError, ClusterExecutor, LocalExecutor, results
 from bem.dataset.file import SUFFIXES, load_dataset, write_file
-from bem.dataset.jobs import Job, Solver, results
 from bem.dataset.journal import Journal, differences
 from bem.dataset.records import COMPLETED, Columns, Record, tabulate, untabulate
 from bem.dataset.sealed_file import DamagedFileError

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from bem._support.validation import FloatArray, whole_number
 from bem.accuracy import resolve_accuracy
-from bem.dataset.campaign import Campaign
+from bem.dataset.campaign import Campaign, Solver
 from bem.dataset.designs import QUANTITIES, agree
-from bem.dataset.executors import LocalExecutor
+from bem.dataset.executors import LocalExecutor, results
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import Solver, results
 from bem.dataset.records import FAILED, Record, untabulate
 
 JUDGED = ("pull-off force", "hysteresis", "force history, mean", "force history, any step")

@@ -22,9 +22,8 @@ import typer
 
 from bem._support.wording import markdown_table
 from bem.dataset.campaign import Campaign
-from bem.dataset.executors import Batch, ClusterExecutor
+from bem.dataset.executors import Arrival, Batch, ClusterExecutor
 from bem.dataset.file import Dataset, load_dataset
-from bem.dataset.jobs import Arrival
 from bem.dataset.journal import Journal
 from bem.dataset.records import tabulate, untabulate
 from bem.dataset.run import save_campaign
@@ -35,7 +34,7 @@ IDLE_SECONDS = 5.0
 SAID = "\nimport time; print(time.process_time())"
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.run",
-    "worker": "from bem.dataset import campaign, jobs\njobs.warm_solver()",
+    "worker": "from bem.dataset import executors\nexecutors.warm_solver()",
 }
 """What a new process runs until it says its processor seconds; the kernels are compiled before."""
 

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, recommend, simulate
-from bem.effects.recommendation import difference
-from bem.effects.scene_effects import Effects, reduced
+from bem.effects import Effects, difference, reduced
 from experiments.measurements.harness import progress
 
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2

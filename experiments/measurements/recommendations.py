@@ -14,8 +14,7 @@ import numpy as np
 import bem
 from bem import LoadingProtocol, PiecewiseLinearProtocol, Scene, recommend, simulate
 from bem.dataset.designs import PAPER_RANGES, Design
-from bem.effects.recommendation import difference
-from bem.effects.scene_effects import IndentationProtocol
+from bem.effects import IndentationProtocol, difference
 from bem.protocol import history_of
 from experiments.measurements.cases import rows_of
 from experiments.measurements.harness import CLOCK, Count, progress, timed

@@ -11,12 +11,11 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.progress import progress_bar
+from bem._support.command_line import progress_bar
 from bem._support.validation import FloatArray, whole_number
-from bem.dataset.campaign import Campaign
+from bem.dataset.campaign import Campaign, Solver
 from bem.dataset.designs import agree
 from bem.dataset.file import Dataset, load_dataset
-from bem.dataset.jobs import Solver
 from bem.dataset.run import run_campaign
 from experiments.measurements.harness import Count, Seed
 from experiments.paper.dataset_statistics import percentiles

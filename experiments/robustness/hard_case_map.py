@@ -13,7 +13,7 @@ import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
 from bem.accuracy import resolve_accuracy
-from bem.effects.scene_effects import IndentationProtocol
+from bem.effects import IndentationProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import jkr
 from experiments.measurements.cases import Case, drawn, rows_of

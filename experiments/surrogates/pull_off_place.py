@@ -40,10 +40,10 @@ def drawn(kind: str, count: int, seed: int) -> Hidden:
 def features(hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
     """The features of each protocol with 1, (n, 7), and where its force without adhesion vanishes, (n,)."""
     columns = hidden.quantities
-    protocols = np.stack([*(columns[name] for name in PAPER_RANGES), default_start_indentation(columns["tabor"])])
-    solids = physical_steps.solids(columns["modulus_ratio"])
+    start, ratio = default_start_indentation(columns["tabor"]), columns["modulus_ratio"]
+    protocols = np.stack([*(columns[name] for name in PAPER_RANGES), start, ratio])
     nowhere = np.zeros(len(physical_steps.FACTORS))
-    *_, crossings, known = physical_steps.on_steps(protocols, *solids, np.array(PHYSICAL), nowhere)
+    *_, crossings, known = physical_steps.on_steps(protocols, np.array(PHYSICAL), nowhere)
     return known, crossings
 
 

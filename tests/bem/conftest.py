@@ -44,3 +44,9 @@ def mending(tmp_path, monkeypatch, in_this_process):
     """A file for `stand_in.fails_until_mended`, which runs here to see its environment, and what mends the solver."""
     monkeypatch.setenv("STAND_IN_MARKER", str(tmp_path / "mended"))
     return tmp_path / "data.h5", (tmp_path / "mended").touch
+
+
+@pytest.fixture
+def out(tmp_path):
+    """The file that a campaign of this test writes."""
+    return tmp_path / "data.h5"

@@ -52,7 +52,7 @@ def test_a_handler_that_raises_stops_the_function(number, handler):
     assert ended == ["all"]
 
 
-def test_a_signal_in_the_instant_before_the_wait_is_heard():
+def test_a_signal_in_the_instant_before_the_wait_is_heard(handler):
     """`interrupt_main` notes a signal without waking who waits, as one that arrives just before does."""
     heard = []
 
@@ -63,12 +63,9 @@ def test_a_signal_in_the_instant_before_the_wait_is_heard():
             time.sleep(1e-3)
         heard.append(stop[0])
 
-    former = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            interruptible(function)
-    finally:
-        signal.signal(signal.SIGINT, former)
+    handler(signal.SIGINT, signal.default_int_handler)
+    with pytest.raises(KeyboardInterrupt):
+        interruptible(function)
     assert heard == [1]
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from bem.cli.campaign import register
+from bem.cli.app import app
 from bem.dataset.executors import CampaignError
 from bem.dataset.journal import MARK
 from bem.dataset.run import run_campaign
@@ -23,8 +22,6 @@ from tests.processes import ROOT
 
 TIMINGS = ("scalars/solver_seconds",)
 HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
-app = typer.Typer()
-register(app)
 
 
 def run_here(*arguments, **options):

@@ -53,11 +53,7 @@ def test_what_is_read_is_what_the_solver_returned(whole):
         same(case.trajectory, stand_in.solve(case.scene, case.protocol))
         assert case.reason == ""
     assert any(np.isnan(jump.energy_lost) for case in cases for jump in case.trajectory.jumps)
-
-
-def test_scalars_and_histories_are_read_by_any_hdf5_program(whole):
-    cases = load_cases(whole)
-    with h5py.File(whole) as file:
+    with h5py.File(whole) as file:  # as any program reads it
         offsets = file["native/offsets"][:]
         for row in (0, 59):
             piece = slice(offsets[row], offsets[row + 1])

@@ -1,60 +1,69 @@
+"""Which protocols a campaign draws and where it samples them: designs, uniform and physical steps, any solid."""
+
 import csv
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.cli.arguments import parse_ranges, parse_ratio
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
+from bem.dataset.file import load_dataset
+from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid, measurement_times, proportional_counts
+from bem.dataset.physical_steps import FACTORS, on_steps, physical_grid
+from bem.dataset.sealed_file import DamagedFileError
+from bem.dataset.verification import verify
+from surrogate.data.dataset import TrajectoryDataset
+from tests.bem.dataset.helpers import altered, command
 from tests.processes import ROOT
-
-PAPER_VALUES = ROOT / "experiments" / "paper_values"
 
 
 def stacked(protocols):
     return np.stack([protocols[name] for name in QUANTITIES], axis=1)
 
 
-def test_paper_grid_holds_the_papers_own_protocols():
-    grids = dict(zip(QUANTITIES, Design("paper")._grids(), strict=True))
-    with (PAPER_VALUES / "figure_2_protocols.csv").open(encoding="utf-8") as file:
+def places(drawn, ranges=PAPER_RANGES):
+    """Where each quantity lies in its range, from 0 to 1."""
+    return [np.log(drawn[name] / low) / np.log(high / low) for name, (low, high) in ranges.items()]
+
+
+def test_paper_grid_holds_the_papers_own_protocols_and_is_drawn_without_duplicates():
+    design = Design("paper")
+    grids = dict(zip(QUANTITIES, design._grids(), strict=True))
+    with (ROOT / "experiments" / "paper_values" / "figure_2_protocols.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 6
     for row in rows:
         for name in QUANTITIES:
             # The table rounds to three digits.
             assert np.min(np.abs(grids[name] / float(row[name]) - 1.0)) < 5e-3, (row["panel"], name)
-
-
-def test_paper_grid_is_drawn_without_duplicates():
-    design = Design("paper")
     assert design.largest_count == 18 * 18 * 12**3
-    rows = stacked(design.protocols(12_450, seed=0))
-    assert len(np.unique(rows, axis=0)) == 12_450
+    assert len(np.unique(stacked(design.protocols(12_450, seed=0)), axis=0)) == 12_450
 
 
 @pytest.mark.parametrize("name", DESIGNS)
-def test_protocol_depends_on_seed_and_place_only(name):
+def test_protocols_depend_on_seed_and_place_only_and_fill_their_ranges(name):
     design = Design(name)
     many, few = stacked(design.protocols(100, seed=5)), stacked(design.protocols(33, seed=5))
     np.testing.assert_array_equal(many[:33], few)
     assert not np.array_equal(few, stacked(design.protocols(33, seed=6)))
-
-
-@pytest.mark.parametrize("name", DESIGNS)
-def test_ranges_are_filled_and_kept(name):
-    ranges = {**PAPER_RANGES, "tabor": (1.0, 2.0), "dwell_time": (0.5, 0.5)}
-    protocols = Design(name, {"tabor": (1.0, 2.0), "dwell_time": (0.5, 0.5)}).protocols(500, seed=1)
-    for quantity, (low, high) in ranges.items():
+    changed = {"tabor": (1.0, 2.0), "dwell_time": (0.5, 0.5)}
+    protocols = Design(name, changed).protocols(500, seed=1)
+    for quantity, (low, high) in (PAPER_RANGES | changed).items():
         values = protocols[quantity]
         assert low <= values.min() <= low * (high / low) ** 0.05
         assert high / (high / low) ** 0.05 <= values.max() <= high
 
 
-def test_sobol_covers_each_octant_evenly():
-    protocols = Design("sobol").protocols(256, seed=2)
-    for quantity, (low, high) in PAPER_RANGES.items():
-        place = np.log(protocols[quantity] / low) / np.log(high / low)
+def test_sobol_covers_each_octant_evenly_and_edges_and_corners_what_they_say():
+    for place in places(Design("sobol").protocols(256, seed=2)):
         np.testing.assert_array_equal(np.histogram(place, 16, (0.0, 1.0))[0], 16)
+    for name, share in (("edges", 0.5903), ("corners", 1.0), ("sobol", 0.4)):
+        for place in places(Design(name).protocols(4096, seed=1)):
+            assert np.mean((place <= 0.2) | (place >= 0.8)) == pytest.approx(share, abs=2e-3)
+            assert np.mean(place < 0.5) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_phase_that_vanishes_in_double_precision_is_refused():
@@ -66,12 +75,11 @@ def test_a_phase_that_vanishes_in_double_precision_is_refused():
 @pytest.mark.parametrize("name", ["log-uniform", "sobol"])
 def test_modulus_ratios_are_drawn_with_the_protocols(name):
     drawn = Design(name, modulus_ratio=(0.01, 1.0)).protocols(256, seed=3)
-    ratios = drawn.pop("modulus_ratio")
-    assert list(drawn) == list(QUANTITIES)
-    places = np.log(ratios / 0.01) / np.log(100.0)
-    assert 0.0 <= places.min() < 0.02
-    assert 0.98 < places.max() <= 1.0
-    assert abs(np.corrcoef(places, np.log(drawn["tabor"]))[0, 1]) < 0.2
+    assert list(drawn) == [*QUANTITIES, "modulus_ratio"]
+    (place,) = places(drawn, {"modulus_ratio": (0.01, 1.0)})
+    assert 0.0 <= place.min() < 0.02
+    assert 0.98 < place.max() <= 1.0
+    assert abs(np.corrcoef(place, np.log(drawn["tabor"]))[0, 1]) < 0.2
     assert Design(name, modulus_ratio=(0.1, 0.1)) == Design(name, modulus_ratio=0.1)
 
 
@@ -94,11 +102,138 @@ def test_what_is_typed_is_read_or_refused(read, text, found):
         assert read(text) == found
 
 
-def test_edges_are_denser_and_corners_hold_the_outermost_fifths_only():
-    ranges = Design().ranges
-    for name, share in (("edges", 0.5903), ("corners", 1.0), ("sobol", 0.4)):
-        drawn = Design(name).protocols(4096, seed=1)
-        for quantity, (low, high) in ranges.items():
-            place = np.log(drawn[quantity] / low) / np.log(high / low)
-            assert np.mean((place <= 0.2) | (place >= 0.8)) == pytest.approx(share, abs=2e-3)
-            assert np.mean(place < 0.5) == pytest.approx(0.5, abs=1e-3)
+@given(st.integers(6, 5000))
+def test_counts_are_those_of_the_paper_or_in_their_proportion(total):
+    assert [proportional_counts(points) for points in (120, 100, 140)] == [FMS, (42, 16, 42), (58, 24, 58)]
+    counts = proportional_counts(total)
+    assert sum(counts) == total
+    assert min(counts) >= 1
+
+
+def test_phases_are_sampled_uniformly_and_meet_their_ends():
+    protocol = LoadingProtocol(peak_indentation=15.0, loading_rate=1e3, dwell_time=8e-3, unloading_rate=1e2)
+    times = measurement_times(protocol, tabor=3.2)
+    assert times.shape == (120,)
+    assert (times[0], times[49], times[69], times[119]) == protocol.phase_times(3.2)
+    for phase in (times[:50], times[49:70], times[69:]):
+        np.testing.assert_allclose(np.diff(phase), np.diff(phase)[0], rtol=1e-9)
+
+
+@given(
+    tabor=st.floats(0.2, 3.2),
+    peak=st.floats(2.0, 100.0),
+    load=st.floats(-1.0, 3.0),
+    dwell=st.floats(1e-3, 3.0),
+    unload=st.floats(-1.0, 3.0),
+)
+def test_grid_agrees_with_the_protocol(tabor, peak, load, dwell, unload):
+    cycle = {"peak_indentation": peak, "loading_rate": 10.0**load, "dwell_time": dwell, "unloading_rate": 10.0**unload}
+    protocol, other = LoadingProtocol(**cycle), {"tabor": [tabor, tabor], "unloading_rate": [10.0**unload, 1.0]}
+    times, indentations = measurement_grid(**cycle | other)
+    assert times.shape == indentations.shape == (2, 120)
+    assert np.all(np.diff(times, axis=1) > 0.0)
+    np.testing.assert_array_equal(times[0], measurement_times(protocol, tabor))
+    np.testing.assert_allclose(indentations[0], protocol.history(tabor).indentation_at(times[0]), atol=1e-9 * peak)
+    assert indentations[0, 0] == indentations[0, -1] == protocol.start(tabor)
+    np.testing.assert_array_equal(indentations[0, 49:70], peak)
+
+
+def test_a_protocol_without_dwell_has_no_dwell_points():
+    shallow = {"tabor": 0.2, "peak_indentation": -0.1, "loading_rate": 1.0, "dwell_time": 0.1, "unloading_rate": 1.0}
+    times, _ = measurement_grid(**shallow | {"dwell_time": 0.0}, counts=(50, 0, 50))
+    assert times.shape == (1, 100)
+    assert np.all(np.diff(times) > 0.0)
+    assert measurement_grid(**shallow)[1].max() == -0.1
+
+
+# Protocols with pull-off peaks of different widths, the second narrower than a uniform step.
+PROTOCOLS = {
+    "tabor": np.array([1.0, 0.55]),
+    "peak_indentation": np.array([20.0, 69.0]),
+    "loading_rate": np.array([10.0, 1.2]),
+    "dwell_time": np.array([1.0, 0.003]),
+    "unloading_rate": np.array([1.0, 900.0]),
+}
+RATIOS = np.array([0.1, 0.04])
+
+
+def test_phases_meet_the_corners_of_the_protocol():
+    times, indentations = physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)
+    uniform, depths = measurement_grid(**PROTOCOLS, counts=PHYSICAL)
+    corners = [0, PHYSICAL[0] - 1, PHYSICAL[0] + PHYSICAL[1] - 1, -1]
+    assert times.shape == indentations.shape == (2, sum(PHYSICAL))
+    np.testing.assert_allclose(times[:, corners], uniform[:, corners], rtol=1e-12)
+    np.testing.assert_allclose(indentations[:, corners], depths[:, corners], rtol=1e-12)
+    assert np.all(np.diff(times, axis=1) > 0.0)
+    assert np.all(np.diff(indentations[:, corners[2] :], axis=1) < 0.0)
+
+
+def test_fewer_of_them_are_closest_at_the_pull_off_and_find_a_narrow_peak_that_uniform_ones_miss():
+    grids = measurement_grid(**PROTOCOLS, counts=FMS)[0], physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0]
+    for row in range(2):
+        values = {name: float(values[row]) for name, values in PROTOCOLS.items()}
+        found = simulate(Scene(values.pop("tabor"), StandardLinearSolid(RATIOS[row])), LoadingProtocol(**values))
+        times = grids[1][row]
+        width = np.diff(times)[np.searchsorted(times, found.pull_off_time) - 1]
+        assert width < 0.05 * (found.pull_off_time - times[sum(PHYSICAL[:2]) - 1 + 16])
+    highest = [found.at(np.minimum(grid[1], found.time[-1])).max() / found.pull_off_force for grid in grids]
+    assert highest[0] < 0.8
+    assert highest[1] > 0.999
+
+
+def test_without_memory_the_force_vanishes_at_first_touch():
+    protocols, nowhere = [*PROTOCOLS.values(), -2.1 * PROTOCOLS["tabor"]], np.zeros(len(FACTORS))
+    elastic, soft = (
+        on_steps(np.stack([*protocols, ratios]), np.array(PHYSICAL), nowhere)[2] for ratios in (np.ones(2), RATIOS)
+    )
+    np.testing.assert_allclose(elastic, 0.0, atol=1e-12)
+    assert np.all(soft > 0.3)
+
+
+OPTIONS = ("--design", "sobol", "--count", "4", "--accuracy", "draft", "--range", "peak_indentation=2:5")
+ANY = (*OPTIONS, "--modulus-ratio", "0.02:1", "--steps", "physical")
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    out = tmp_path_factory.mktemp("campaign") / "any.h5"
+    done = command("campaign", *ANY, "--out", out, solver=simulate)
+    assert done.exit_code == 0, done.output
+    return out
+
+
+def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
+    dataset = load_dataset(path)
+    drawn = Design("sobol", {"peak_indentation": (2.0, 5.0)}, (0.02, 1.0)).protocols(4, seed=0)
+    np.testing.assert_array_equal(dataset.modulus_ratios, drawn["modulus_ratio"])
+    assert (dataset.steps, dataset.counts) == ("physical", PHYSICAL)
+    times, indentations = dataset.grid()
+    np.testing.assert_array_equal((times, indentations), physical_grid(**drawn))
+    row = int(np.argmin(dataset.modulus_ratios))
+    rest = {name: float(values[row]) for name, values in dataset.protocols.items()}
+    scene = Scene(rest.pop("tabor"), StandardLinearSolid(float(drawn["modulus_ratio"][row])))
+    again = simulate(scene, LoadingProtocol(**rest), "draft")
+    np.testing.assert_allclose(dataset.force[row], again.at(times[row]), rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_it_is_verified_checked_and_learned_from_like_any_other(path, tmp_path):
+    assert verify(path, sample=4).agrees
+    dataset = TrajectoryDataset.load(path)
+    assert dataset.modulus_ratio is None
+    np.testing.assert_array_equal(dataset.modulus_ratios(np.array([2, 0])), dataset.protocols["modulus_ratio"][[2, 0]])
+    np.testing.assert_array_equal(dataset.grid(np.array([1])), [values[1:2] for values in load_dataset(path).grid()])
+    with pytest.raises(DamagedFileError, match=r"without /protocols/modulus_ratio"):
+        load_dataset(altered(path, tmp_path, lambda file: file.__delitem__("protocols/modulus_ratio")))
+
+
+def test_other_steps_or_solids_are_another_data_set_and_one_without_them_says_so_as_before(path, tmp_path):
+    out, digests = tmp_path / "other.h5", {TrajectoryDataset.load(path).sha256}
+    for options in ([], ["--steps", "physical"], ["--modulus-ratio", "0.02:1"], ["--modulus-ratio", "0.3"]):
+        assert command("campaign", *OPTIONS, *options, "--out", out, "--replace", solver=simulate).exit_code == 0
+        digests.add(TrajectoryDataset.load(out).sha256)
+    assert len(digests) == 5
+    dataset = load_dataset(out)
+    assert "steps" not in dataset.attributes["campaign"]
+    assert (dataset.steps, "protocols/modulus_ratio" in dataset.columns) == ("uniform", False)
+    np.testing.assert_array_equal(dataset.modulus_ratios, 0.3)

@@ -18,8 +18,12 @@ def scaled(name, factor):
     return replaced(name, lambda values: (values * factor).astype(values.dtype))
 
 
-def first(dataset):
-    return untabulate(dataset.columns, Campaign.of(dataset.attributes["campaign"]).layout)[0]
+@pytest.fixture
+def first(undisturbed):
+    """The record of the first trajectory, and its indentation at the steps."""
+    dataset = load_dataset(undisturbed, native=True)
+    records = untabulate(dataset.columns, Campaign.of(dataset.attributes["campaign"]).layout)
+    return records[0], dataset.grid()[1][0]
 
 
 def judged(path, **more):
@@ -67,9 +71,8 @@ def test_histories_are_judged_at_every_step_and_in_the_mean(undisturbed, tmp_pat
     assert found.differences["force history, mean"].max() < ALLOWED < found.differences["force history, any step"].max()
 
 
-def test_a_jump_may_fall_on_either_side_of_a_step(undisturbed):
-    dataset = load_dataset(undisturbed, native=True)
-    record, path = first(dataset), dataset.grid()[1][0]
+def test_a_jump_may_fall_on_either_side_of_a_step(first):
+    record, path = first
     late, early = record["fms/force"].copy(), record["fms/force"].copy()
     drop = 0.3 * np.ptp(record["fms/force"])
     early[50:] -= drop
@@ -77,6 +80,12 @@ def test_a_jump_may_fall_on_either_side_of_a_step(undisturbed):
     found = differences(record | {"fms/force": late}, record | {"fms/force": early}, path)
     assert found["force history, any step"] < ALLOWED
     assert 0.0 < found["force history, mean"] < ALLOWED
+
+
+def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(first):
+    record, path = first
+    thin = [record | {"scalars/hysteresis": area} for area in (1e-9, 3e-9)]
+    assert differences(*thin, path)["hysteresis"] < 1e-6
 
 
 def test_what_completed_only_once_does_not_agree(undisturbed):
@@ -116,15 +125,8 @@ def test_protocols_are_those_of_the_design_but_for_their_last_digits(undisturbed
         judged(altered(undisturbed, tmp_path, put("protocols/tabor", 1.234, 3)))
 
 
-def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(undisturbed):
-    dataset = load_dataset(undisturbed, native=True)
-    record, path = first(dataset), dataset.grid()[1][0]
-    thin = [record | {"scalars/hysteresis": area} for area in (1e-9, 3e-9)]
-    assert differences(*thin, path)["hysteresis"] < 1e-6
-
-
 def test_the_command_says_what_differs_and_ends_with_its_verdict(undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr("bem.dataset.jobs.warm_solver", lambda: stand_in.solve)
+    monkeypatch.setattr("bem.dataset.executors.warm_solver", lambda: stand_in.solve)
     good = command("verify", undisturbed, "--sample", 7)
     lines = good.stdout.splitlines()
     assert (good.exit_code, lines[0]) == (0, "7 trajectories computed again, 7 of them identical to the last bit")
@@ -134,8 +136,5 @@ def test_the_command_says_what_differs_and_ends_with_its_verdict(undisturbed, tm
     bad = command("verify", altered(undisturbed, tmp_path, scaled("scalars/hysteresis", 2.0)), "--sample", 200)
     assert bad.exit_code == 1
     assert bad.stdout.splitlines()[-1].startswith("FAIL: 120 of 120 do not agree: 0, 1, 2, ")
-
-
-def test_only_a_whole_number_of_trajectories_is_computed_again(undisturbed):
-    found = command("verify", undisturbed, "--sample", 0)
-    assert (found.exit_code, "sample must be a whole number from 1" in found.stderr) == (2, True)
+    none = command("verify", undisturbed, "--sample", 0)
+    assert (none.exit_code, "sample must be a whole number from 1" in none.stderr) == (2, True)

@@ -1,4 +1,8 @@
-"""`recommend` keeps its promise on a random sample, and leaves out what plainly does not matter."""
+"""`recommend` keeps its promise on a random sample, leaves out what plainly does not matter, and its pages hold."""
+
+import doctest
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,22 +10,27 @@ import pytest
 import bem
 from bem import HardContact, Scene
 from bem.dataset.designs import Design
-from bem.effects.recommendation import difference, operations, recommend
-from bem.effects.scene_effects import Effects, choices, reduced
+from bem.effects import Effects, choices, difference, operations, recommend, reduced
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR
+from tests.processes import ROOT
 
 SLS = StandardLinearSolid(0.1)
 
 
-def deep(rate):
-    return LoadingProtocol(peak_indentation=900.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+PAGE = ROOT / "docs" / "effects.md"
+
+
+def ramp(depth, rate, dwell=0.1, start=None):
+    return LoadingProtocol(
+        peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate, start_indentation=start
+    )
 
 
 @pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
 def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
-    found = recommend(Scene(1.0, SLS), deep(rate), 0.05, best="fewest")
+    found = recommend(Scene(1.0, SLS), ramp(900.0, rate, 0.0), 0.05, best="fewest")
     assert str(found.effects) == f"{effects}, without adhesion"
     assert found.found_by == "estimate"
     assert found.scene.material == Elastic()
@@ -30,8 +39,7 @@ def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
 
 
 def test_a_touch_needs_everything():
-    touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
-    found = recommend(Scene(1.0, SLS), touch, 0.01)
+    found = recommend(Scene(1.0, SLS), ramp(-0.5, 3.0), 0.01)
     assert found.found_by == "nothing is left out"
     assert str(found) == f"{found.effects} (nothing is left out)"
     assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
@@ -39,16 +47,13 @@ def test_a_touch_needs_everything():
 
 def test_terms_out_of_reach_of_the_protocol_are_left_out():
     broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
-    protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=20.0, dwell_time=0.5, unloading_rate=20.0)
-    found = recommend(Scene(1.0, broad), protocol, 0.02, best="fewest")
+    found = recommend(Scene(1.0, broad), ramp(20.0, 20.0, 0.5), 0.02, best="fewest")
     assert (found.effects.first, found.effects.last) == (1, 2)
 
 
 def test_left_out_terms_are_what_the_full_solid_does():
     """Frozen and relaxed terms, simulated beside the full solid whose times are far away from the protocol."""
-    scene = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5]))
-    ramps = {"peak_indentation": 4.0, "loading_rate": 4.0, "dwell_time": 0.2, "unloading_rate": 4.0}
-    protocol = LoadingProtocol(**ramps, start_indentation=-10.0)
+    scene, protocol = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5])), ramp(4.0, 4.0, 0.2, -10.0)
     simple, path = reduced(scene, protocol, Effects(adhesion=True, first=1, last=2, of=3))
     assert simple.material == StandardLinearSolid(1.0 - 0.3 / 0.7)
     full, found = bem.simulate(scene, protocol, 1e-3), bem.simulate(simple, path, 1e-3)
@@ -71,8 +76,7 @@ def test_promise_holds_on_a_random_sample():
 
 @pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
 def test_other_quantities_are_decided_by_simulation(quantity):
-    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=1e-2, dwell_time=1.0, unloading_rate=1e-2)
-    found = recommend(Scene(0.3, SLS), protocol, 0.3, quantity=quantity, best="fewest")
+    found = recommend(Scene(0.3, SLS), ramp(3.0, 1e-2, 1.0), 0.3, quantity=quantity, best="fewest")
     assert found.found_by in ("simulation", "nothing is left out")
     if quantity == "pull_off_force":
         assert found.effects.adhesion
@@ -86,17 +90,19 @@ def test_any_history_will_do():
     assert found.effects.terms == 1
 
 
-def test_elastic_scenes_have_two_choices():
+def test_the_choices_of_a_scene():
     assert [str(effects) for effects in choices(Scene(1.0))] == ["elastic, without adhesion", "elastic, adhesive"]
     assert len(choices(Scene(1.0, adhesion=HardContact()))) == 1
     two = [str(effects) for effects in choices(Scene(1.0, PronySeries([0.2, 0.2], [1.0, 2.0])))]
     assert two[0] == "elastic glassy, without adhesion"
     assert two[-1] == "viscoelastic, adhesive"
     assert two.count("1 of 2 terms, adhesive") == 2
-
-
-def ramp(depth, rate, dwell=0.1):
-    return LoadingProtocol(peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
+    every = choices(Scene(1.0, SLS, spring=2.0))
+    assert len(every) == 2 * len(choices(Scene(1.0, SLS)))
+    assert every[-1] == Effects(adhesion=True, first=0, last=1, of=1, spring=True)
+    assert every[-1].count == 3
+    frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), ramp(900.0, 1.0), Effects(True, 0, 0, 1, True))
+    assert frozen.spring == 2.0  # force and indentation keep their units
 
 
 def test_a_peak_below_contact_is_a_protocol_like_others():
@@ -129,8 +135,7 @@ def test_operations_say_which_scene_is_slower():
 def test_contact_radii_are_given_in_the_units_of_the_full_scene():
     """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
     scene = Scene(1.0, SLS, HardContact())
-    fast = LoadingProtocol(peak_indentation=9.0, loading_rate=1e7, dwell_time=0.0, unloading_rate=1e7)
-    found = recommend(scene, fast, 0.05, best="fewest")
+    found = recommend(scene, ramp(9.0, 1e7, 0.0), 0.05, best="fewest")
     assert found.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
     assert found.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
     radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
@@ -139,9 +144,7 @@ def test_contact_radii_are_given_in_the_units_of_the_full_scene():
 
 
 def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
-    protocol = LoadingProtocol(
-        peak_indentation=5.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0, start_indentation=-9.0
-    )
+    protocol = ramp(5.0, 5.0, 0.0, -9.0)
     stiff, soft = (recommend(Scene(1.0, SLS, spring=k), protocol, 0.02, best="fewest") for k in (1e5, 1.0))
     assert str(stiff.effects) == "viscoelastic, adhesive"
     assert stiff.scene == Scene(1.0, SLS)
@@ -151,10 +154,17 @@ def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
     assert soft.found_by == "nothing is left out"
 
 
-def test_the_choices_of_a_scene_with_a_spring():
-    every = choices(Scene(1.0, SLS, spring=2.0))
-    assert len(every) == 2 * len(choices(Scene(1.0, SLS)))
-    assert every[-1] == Effects(adhesion=True, first=0, last=1, of=1, spring=True)
-    assert every[-1].count == 3
-    frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), deep(1.0), Effects(True, 0, 0, 1, True))
-    assert frozen.spring == 2.0  # force and indentation keep their units
+def test_the_files_and_the_picture_that_the_page_names_are_there():
+    text = PAGE.read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)\.py`", text))
+    assert len(named) >= 8
+    assert named <= {path.stem for path in Path(bem.__file__).parent.rglob("*.py")}
+    assert "images/figure-effects.png" in text
+    assert (PAGE.parent / "images" / "figure-effects.png").is_file()
+
+
+@pytest.mark.parametrize(("page", "least"), [(PAGE, 10), (PAGE.with_name("cost.md"), 4)])
+def test_every_example_of_the_page_holds(page, least):
+    found = doctest.testfile(str(page), module_relative=False)
+    assert found.attempted > least
+    assert found.failed == 0

@@ -1,8 +1,13 @@
+"""No damaged or incomplete file is read as if it were whole, none leads the reader elsewhere, and shards merge."""
+
+import hashlib
+import random
+import shutil
 import subprocess
 import sys
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
+import h5py
 import numpy as np
 import pytest
 from h5py._objects import phil
@@ -11,21 +16,24 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.executors import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import merge, run_campaign
-from bem.dataset.sealed_file import DamagedFileError
+from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
 from bem.dataset.verification import verify
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import altered, assert_same_numbers, put, replaced
-from tests.data_files import editing
+from tests.data_files import damaged, editing, unsealed
+from tests.processes import ROOT
+
+
+def computed(out, shards, solver=stand_in.solve, **plan):
+    """The files of some shards of a campaign; what failed is computed again."""
+    plans = [Campaign(**plan, shard=shard) for shard in shards]
+    return [run_campaign(plan, out, solver=solver, retry_failed=True).path for plan in plans]
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
-    out = tmp_path / "data.h5"
-    paths = []
-    for number in (2, 3, 1):
-        plan = Campaign(count=120, seed=4, native=True, shard=(number, 3))
-        paths.append(run_campaign(plan, out, solver=stand_in.solve).path)
+def test_shards_merge_into_the_undisturbed_file(undisturbed, out, tmp_path):
+    paths = computed(out, [(2, 3), (3, 3), (1, 3)], count=120, seed=4, native=True)
     assert paths[0].name == "data.shard-2-of-3.h5"
     second = load_dataset(paths[0])
     assert second.columns["index"].tolist() == list(range(1, 120, 3))
@@ -43,13 +51,10 @@ def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
 
 def test_shards_completed_later_are_merged_again(mending):
     out, mend = mending
-    plans = [Campaign(count=200, seed=1, shard=(number, 2)) for number in (1, 2)]
-    paths = [run_campaign(plan, out, solver=stand_in.fails_until_mended).path for plan in plans]
-    assert sum(merge(paths, out).failures.values()) > 0
-    mend()
-    for plan in plans:
-        run_campaign(plan, out, solver=stand_in.fails_until_mended, retry_failed=True)
-    assert merge(paths, out).failures == Counter()
+    for failed in (True, False):
+        paths = computed(out, [(1, 2), (2, 2)], stand_in.fails_until_mended, count=200, seed=1)
+        assert bool(merge(paths, out).failures) == failed
+        mend()
 
 
 def drop(name):
@@ -125,8 +130,7 @@ def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturb
 
 
 def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
-    path = tmp_path / "busy.h5"
-    path.write_bytes(undisturbed.read_bytes())
+    path = shutil.copy(undisturbed, tmp_path / "busy.h5")
     code = f"import h5py, sys; f = h5py.File({str(path)!r}, 'r+'); print('open', flush=True); sys.stdin.read()"
     process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
@@ -139,11 +143,10 @@ def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tm
 
 @pytest.mark.usefixtures("in_this_process")
 def test_merging_keeps_where_the_shards_come_from(tmp_path):
-    paths, hosts = [], ["Linux x86_64, 4 cores of A", "Linux x86_64, 8 cores of B"]
-    for number, host in enumerate(hosts, 1):
-        plan = Campaign(count=20, seed=4, shard=(number, 2))
-        paths.append(run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve).path)
-        with editing(paths[-1]) as file:
+    hosts = ["Linux x86_64, 4 cores of A", "Linux x86_64, 8 cores of B"]
+    paths = computed(tmp_path / "data.h5", [(1, 2), (2, 2)], count=20, seed=4)
+    for path, host in zip(paths, hosts, strict=True):
+        with editing(path) as file:
             file.attrs["host"] = host
     shards = [load_dataset(path).attributes for path in paths]
     merge(paths, tmp_path / "data.h5", command="bem merge")
@@ -159,3 +162,111 @@ def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, t
         merge([undisturbed], tmp_path / "absent" / "data.h5")
     assert "No such file or directory" in str(found.value)
     assert "continues" not in str(found.value)
+
+
+def assert_damages_are_refused(source, path, count):
+    content, rng = source.read_bytes(), random.Random(count)
+    tried = 0
+    while tried < count:
+        path.write_bytes(damaged(content, rng))
+        if path.read_bytes() == content:
+            continue
+        tried += 1
+        for read in (load_dataset, TrajectoryDataset.load):
+            with pytest.raises(ValueError, match="expected a data set") as found:
+                read(path)
+            assert "\n" not in str(found.value)
+            assert len(str(found.value)) < 1000
+
+
+@pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
+def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
+    # In a process of its own, so that one that hangs or crashes fails the test alone.
+    check = "from tests.bem.dataset.test_files import assert_damages_are_refused as check"
+    paths = ", ".join(f"Path({str(path)!r})" for path in (undisturbed, tmp_path / "damaged.h5"))
+    code = f"from pathlib import Path\n{check}\ncheck({paths}, {count})"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=300, cwd=ROOT)
+
+
+def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undisturbed, tmp_path):
+    content = undisturbed.read_bytes()
+    title, digest, rest = content[:BLOCK].split(b"\n", 2)
+    assert title == b"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512"
+    assert digest.decode() == hashlib.sha256(content[BLOCK:]).hexdigest()
+    assert not rest.strip(b"\0")
+    with h5py.File(undisturbed) as file:
+        assert (file.userblock_size, file.attrs[SEALED]) == (BLOCK, 1)
+    path = tmp_path / "data.h5"
+    path.write_bytes(content[BLOCK:])
+    with h5py.File(path) as file:
+        assert len(file["index"]) == 120
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_dataset(path)
+
+
+def test_files_of_the_first_writers_are_read_and_beside_their_sum_only_those_that_were_published(undisturbed, tmp_path):
+    published = TrajectoryDataset.load(ROOT / "published" / "dataset.h5")
+    assert published.sha256 == "a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586"
+    path = unsealed(undisturbed, tmp_path / "dataset.h5")
+    found, expected = load_dataset(path, native=True), load_dataset(undisturbed, native=True)
+    np.testing.assert_equal(found.columns, expected.columns)
+    assert TrajectoryDataset.load(path).sha256 == TrajectoryDataset.load(undisturbed).sha256
+    line = f"{hashlib.sha256(path.read_bytes()).hexdigest()}  dataset.h5"
+    (tmp_path / "SHA256SUMS").write_text(f"{'0' * 64}  other\n{line}\n", encoding="utf-8")
+    assert len(load_dataset(path)) == 120
+    with h5py.File(path, "r+") as file:
+        file["scalars/steps"][3] += 1
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_dataset(path)
+    (tmp_path / "SHA256SUMS").write_bytes(b"\n\xff")
+    assert len(load_dataset(path)) == 120
+
+
+def test_a_heap_at_which_the_library_hangs_is_refused(undisturbed, tmp_path):
+    content = bytearray(unsealed(undisturbed, tmp_path / "old.h5").read_bytes())
+    heap = content.index(b"GCOL\x01\0\0\0")
+    content[heap + 16 : heap + 600] = bytes(584)
+    path = tmp_path / "damaged.h5"
+    path.write_bytes(content)
+    code = f"from bem.dataset.file import load_dataset\nload_dataset({str(path)!r})"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert "DamagedFileError: expected a data set" in result.stderr
+
+
+NAME = "scalars/end_force"
+KEPT, LINK = "is kept in other files", "is a link to another place"
+CLAIMS = "claims 8796093022208 bytes, more than the file can hold"
+
+
+def virtual(file, folder):
+    layout = h5py.VirtualLayout((120,), dtype="f8")
+    layout[:] = h5py.VirtualSource(f"{folder}/other.h5", "end_force", (120,))
+    file.create_virtual_dataset(NAME, layout)
+
+
+@pytest.mark.parametrize("sealed", [True, False])
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (lambda file, at: file.create_dataset(NAME, (120,), "f8", external=[(f"{at}/secret.txt", 0, 960)]), KEPT),
+        (virtual, KEPT),
+        (lambda file, at: file.__setitem__(NAME, h5py.ExternalLink(f"{at}/other.h5", "end_force")), LINK),
+        (lambda file, _: file.__setitem__(NAME, h5py.SoftLink("/scalars/hysteresis")), LINK),
+        (lambda file, _: file.create_dataset(NAME, (2**40,), "f8", chunks=(1024,)), CLAIMS),
+    ],
+)
+def test_a_file_that_leads_elsewhere_is_refused(harm, words, sealed, undisturbed, tmp_path):
+    (tmp_path / "secret.txt").write_bytes(bytes(range(256)) * 4)
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["end_force"] = np.zeros(120)
+    path = (shutil.copy if sealed else unsealed)(undisturbed, tmp_path / "altered.h5")
+    with editing(path) if sealed else h5py.File(path, "r+") as file:
+        del file[NAME]
+        harm(file, tmp_path)
+    for read in (load_dataset, TrajectoryDataset.load):
+        with pytest.raises(
+            DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {words}\)"
+        ):
+            read(path)
+    with open_dataset(path):
+        pass

@@ -1,11 +1,55 @@
+"""Kernels: small systems, monotone cubics, and when their compilation is announced."""
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import config
 from scipy.interpolate import PchipInterpolator
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem._support.interpolation import ForceInterpolant
+from bem._support.jit import announce_compilation, kernel, note_compilation
+from bem._support.linear_algebra import add_rows, determinant_is_negative, dot, lu_factor, lu_solve
+
+
+@kernel
+def solve_twice(matrix, order, first, second):
+    """Factorise once, solve for two right-hand sides; the sign of the determinant."""
+    pivots = np.empty(matrix.shape[0], dtype=np.int32)
+    lu_factor(matrix, order, pivots)
+    lu_solve(matrix, order, pivots, first)
+    lu_solve(matrix, order, pivots, second)
+    return determinant_is_negative(matrix, order, pivots)
+
+
+@pytest.mark.parametrize(
+    ("size", "order"), [(1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (7, 7), (8, 8), (60, 60), (61, 61), (60, 23), (5, 1)]
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_agrees_with_numpy_from_inside_a_kernel(size, order, sign):
+    rng = np.random.default_rng(size + order)
+    matrix = rng.standard_normal((size, size))
+    matrix[0] *= sign
+    matrix[0, 0] *= order == 1  # needs pivoting
+    rhs = rng.standard_normal((2, size))
+    block = matrix[:order, :order].copy()
+    solutions = rhs.copy()
+    negative = solve_twice(matrix.T.copy(), order, solutions[0], solutions[1])
+    for known, found in zip(rhs, solutions, strict=True):
+        np.testing.assert_allclose(found[:order], np.linalg.solve(block, known[:order]), rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(found[order:], known[order:])
+    assert negative == (np.linalg.slogdet(block)[0] < 0.0)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3, 4, 5, 8, 11])
+def test_products_agree_with_numpy(rows):
+    rng = np.random.default_rng(rows)
+    matrix, factors, out = rng.standard_normal((rows, 13)), rng.standard_normal(rows), rng.standard_normal(13)
+    expected = out + factors @ matrix
+    add_rows(matrix, factors, out)
+    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-13)
+    assert dot(factors, 2.0 * factors) == pytest.approx(2.0 * np.sum(factors**2), rel=1e-13)
 
 
 def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
@@ -94,3 +138,26 @@ def test_a_time_a_rounding_outside_is_the_end(start):
     np.testing.assert_array_equal(history.at(outside), [1.0, 3.0])
     with pytest.raises(ValueError, match="times must lie between"):
         history.at(12.3 + 1e-6 * (1.0 - start))
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(config, "DISABLE_JIT", False)
+    return tmp_path
+
+
+def test_a_cache_with_some_kernels_is_announced_and_a_complete_one_is_not(cache, capsys):
+    (cache / "some.kernel.nbc").touch()
+    announce_compilation()
+    assert "compiling the solver" in capsys.readouterr().err
+    note_compilation()
+    announce_compilation()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_cache_that_cannot_be_written_does_not_stop_a_simulation(cache, monkeypatch, capsys):
+    monkeypatch.setattr(config, "CACHE_DIR", str(cache / "none"))
+    note_compilation()
+    announce_compilation()
+    assert "compiling the solver" in capsys.readouterr().err

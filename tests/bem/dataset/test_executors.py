@@ -1,6 +1,15 @@
+"""Batches and the workers that take them: processes that die, a Dask scheduler that is lost."""
+
+import functools
 import itertools
+import os
 import pickle
-from collections import deque
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter, deque
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -8,16 +17,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import bem.dataset.jobs
-from bem.dataset.campaign import Campaign
+from bem.dataset import executors
+from bem.dataset.campaign import BATCHES_PER_WORKER, LARGEST_BATCH, SHARE_OF_REST, Campaign
 from bem.dataset.designs import Design
-from bem.dataset.executors import CampaignError, Executor
+from bem.dataset.executors import CampaignError, ClusterExecutor, results, scheduler_address
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import BATCHES_PER_WORKER, LARGEST_BATCH, SHARE_OF_REST, results
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import Here
+from tests.bem.dataset.helpers import HANG, Here, assert_same_numbers, await_parts, command, start_command
+from tests.processes import ROOT
 
 
 @pytest.mark.parametrize(("count", "workers"), [(3000, 2), (3000, 1), (120, 8), (1, 4), (0, 1)])
@@ -47,7 +56,7 @@ def test_a_batch_that_takes_long_is_returned_in_pieces(workers, largest, plan, m
     assert {len(one.records) for one in arrivals[:-1]} == {largest}
 
 
-class Mortal(Executor):
+class Mortal(executors.Executor):
     """Workers that die of some items as often as is told."""
 
     died, in_flight, patience = BrokenProcessPool, 2, 3
@@ -101,7 +110,7 @@ def test_a_batch_travels_with_its_own_protocols_only():
 @pytest.mark.usefixtures("in_this_process")
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
-    monkeypatch.setattr(bem.dataset.jobs, "origin", lambda: next(places))
+    monkeypatch.setattr(executors, "origin", lambda: next(places))
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
     attributes = load_dataset(tmp_path / "data.h5").attributes
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
@@ -133,3 +142,76 @@ def test_numbers_that_are_not_finite_are_a_failure_and_reach_no_file(spoilt, pla
     record = plan.simulated(0, case, solver)
     assert "not finite" in record["reason"]
     assert not np.isinf(record["scalars/nodes"])
+
+
+def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_slow, out, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
+    ) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        killed = []
+
+        def kill_one(done, failed):
+            if done > 20 and not killed:
+                killed.append(os.kill(victim, signal.SIGKILL))
+
+        address = cluster.scheduler_address
+        summary = run_campaign(plan, out, cluster=address, solver=stand_in.slow, progress=kill_one)
+    assert killed
+    assert (summary.count, summary.failures) == (120, Counter())
+    assert_same_numbers(out, undisturbed_slow)
+    with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
+        ClusterExecutor(address, patience=1.0)
+
+
+@pytest.mark.slow
+def test_a_scheduler_lost_while_running_ends_in_one_sentence(undisturbed_slow, out):
+    pytest.importorskip("distributed")
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    where = ("--host", "127.0.0.1", "--port", address.rpartition(":")[2], "--no-dashboard")
+    begin = functools.partial(subprocess.Popen, env=environment, stderr=subprocess.DEVNULL)
+    scheduler = begin([sys.executable, "-m", "distributed.cli.dask_scheduler", *where])
+    worker = begin([sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard"])
+    command = ("campaign", "--count", 120, "--seed", 4, "--native", "--out", out)
+    try:
+        time.sleep(5.0)
+        process = start_command(*command, "--cluster", address)
+        await_parts(out, process, 3)
+        scheduler.kill()
+        _, errors = process.communicate(timeout=HANG)
+    finally:
+        for one in (scheduler, worker):
+            one.kill()
+            one.wait()
+    lost = f"bem: lost the Dask scheduler at {address!r}; what is saved is kept, and the same command continues\n"
+    assert (process.returncode, errors) == (1, lost)
+    process = start_command(*command)
+    printed, _ = process.communicate(timeout=HANG)
+    assert (process.returncode, " 120 of them computed now" in printed) == (0, False)
+    assert_same_numbers(out, undisturbed_slow)
+
+
+@pytest.mark.parametrize("answers", [False, True])
+def test_a_server_that_is_dead_or_of_another_kind_ends_in_one_sentence(answers, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(ClusterExecutor.__init__, "__defaults__", (1.0,))
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1] if answers else 9}"
+        result = command("campaign", "--count", "3", "--out", tmp_path / "x.h5", "--cluster", address)
+    assert (result.exit_code, result.stderr) == (1, f"bem: no Dask scheduler answers at {address!r}\n")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["foo", "tcp://127.0.0.1", "inproc://x", "http://host:1", "teleport://here:1", "", "tcp://h:99999", "tcp://h:1/x"],
+)
+def test_malformed_addresses_are_refused(address):
+    with pytest.raises(ValueError, match="cluster must be an address like 'tcp://host:8786'; received"):
+        scheduler_address(address)
+    assert scheduler_address("host:8786") == "tcp://host:8786"
+    assert scheduler_address("tls://[::1]:8786/") == "tls://[::1]:8786"

@@ -1,7 +1,16 @@
-"""`recommend`: the cheapest, or the fewest, effects of a scene whose result stays within a tolerance.
+"""Which effects a scene has, the same scene without some of them, and `recommend`: which to leave out.
 
-Effects are left out one after another (`bem.effects.scene_effects`), and the error of each choice is bracketed by
-numbers that cost no contact solution:
+Three kinds of effect add cost: adhesion (a law of traction instead of impenetrability), the terms of the material, one
+memory vector each, and a spring between stage and sphere; without it the protocol moves the sphere. A term can be left
+out in two ways. A fast one has relaxed before anything moves: it is part of the instantaneous compliance then. A slow
+one never gets to relax: it drops out of the compliance, and the solid of the terms left over is stiffer. With S the
+compliance of the slow terms its relaxed modulus is E0 / (1 - S); force and indentation keep their units, so the stiffer
+solid is the scene of Tabor parameter mu (1 - S)^(2/3) with strengths c_i / (1 - S). All terms fast leaves the rubbery
+elastic solid, all slow the glassy one, mu k^(2/3). The deformation that the slow terms contribute to the relaxed start
+is left out with them; this is about one percent where the protocol starts close to the surface.
+
+`recommend` leaves out one effect after another. The error of each choice is bracketed by numbers that cost no contact
+solution:
 
 - The material: the contact without adhesion obeys the force-indentation law of Hertz with the hereditary integral of
   the material in front of it, exactly so while the contact grows. Its force history with all terms and with some of
@@ -26,8 +35,9 @@ Sources: Lee and Radok, J. Appl. Mech. 27 (1960) 438, for the growing contact; P
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -35,14 +45,15 @@ import numpy as np
 from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.accuracy import NAMED_TARGETS
-from bem.effects.scene_effects import Effects, IndentationProtocol, choices, reduced
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, history_of
 from bem.reference_solutions import hereditary_hertz, hertz
-from bem.scene import Scene
-from bem.small_effects import SHARE, lighter_scene
+from bem.scene import SMALLEST_TABOR, Scene
+from bem.small_effects import SHARE, lighter_scene, without_terms
 from bem.solver.simulation import simulate
+from bem.tractions import HardContact
 from bem.trajectory import Trajectory
 
+IndentationProtocol = LoadingProtocol | PiecewiseLinearProtocol
 Quantity = Literal["force", "pull_off_force", "hysteresis"]
 Best = Literal["cheapest", "fewest"]
 FoundBy = Literal["estimate", "simulation", "nothing is left out"]
@@ -51,6 +62,86 @@ _LEAST_ADHESION, _MOST_ADHESION = 0.15, 3.0  # of the force, in pi R dgamma; the
 _MARGIN = 1.5  # by which an estimate may be wrong either way
 _ROOM = 0.7  # share of the tolerance that a simulated difference may use
 _WORTH = 0.8  # share of the full scene's operations up to which a simpler scene is sure to be the faster one
+
+
+@dataclass(frozen=True)
+class Effects:
+    """The effects kept of a scene whose material has `of` terms.
+
+    Args:
+        adhesion: whether surfaces attract each other.
+        first, last: terms `first` to `last` - 1 are kept (fastest first); those before have relaxed, those after are
+            frozen.
+        of: terms of the full material.
+        spring: whether there is a spring between stage and sphere.
+    """
+
+    adhesion: bool
+    first: int
+    last: int
+    of: int
+    spring: bool = False
+
+    @property
+    def terms(self) -> int:
+        """Terms kept, each of which costs a memory vector."""
+        return self.last - self.first
+
+    @property
+    def count(self) -> int:
+        """Effects kept: terms, and adhesion and the spring as one more each."""
+        return self.terms + self.adhesion + self.spring
+
+    @property
+    def everything(self) -> bool:
+        """Whether no term is left out."""
+        return self.terms == self.of
+
+    def __str__(self) -> str:
+        adhesion = ("adhesive" if self.adhesion else "without adhesion") + (", with a spring" if self.spring else "")
+        if self.of == 0:
+            return f"elastic, {adhesion}"
+        if self.everything:
+            return f"viscoelastic, {adhesion}"
+        if self.terms == 0:
+            state = "rubbery" if self.first == self.of else "glassy" if self.first == 0 else "partly relaxed"
+            return f"elastic {state}, {adhesion}"
+        return f"{self.terms} of {self.of} terms, {adhesion}"
+
+
+def choices(scene: Scene) -> list[Effects]:
+    """Every way to keep neighbouring terms of a scene, with or without adhesion and spring, fewest effects first.
+
+    Of as many effects, those with as many terms and the same rest stand side by side. Ways whose stiffer solid would be
+    out of the range of Tabor parameters are left out; the full scene is the last.
+    """
+    of = len(scene.material.strengths)
+    adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
+    kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
+    springs = (False,) if scene.spring is None else (False, True)
+    stiff = [scene.tabor * (1.0 - scene.material.strengths[last:].sum()) ** (2.0 / 3.0) for last in range(of + 1)]
+    found = [
+        Effects(stick, first, last, of, spring)
+        for spring in springs
+        for stick in adhesion
+        for first, last in kept
+        if stiff[last] >= SMALLEST_TABOR
+    ]
+    return sorted(found, key=lambda effects: (effects.count, effects.terms))
+
+
+def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tuple[Scene, IndentationProtocol]:
+    """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path.
+
+    A protocol whose start would follow the new Tabor parameter is returned as its indentation history.
+    """
+    place = np.arange(effects.of)
+    simple = without_terms(scene, place < effects.first, place >= effects.last)
+    adhesion = scene.adhesion if effects.adhesion else HardContact()
+    simple = replace(simple, adhesion=adhesion, spring=scene.spring if effects.spring else None)
+    if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
+        return simple, protocol.history(scene.tabor)
+    return simple, protocol
 
 
 @dataclass(frozen=True)
@@ -140,7 +231,10 @@ def recommend(
     for effects in every:
         if lighter.left_out and reduced(scene, history, effects)[0] == lighter.scene:
             brackets[effects] = (0.0, min(brackets[effects][1], lighter.error))
-    left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
+    # With as many terms, with and without adhesion and spring, the terms with the smallest estimate.
+    groups = itertools.groupby(every, lambda effects: (effects.terms, effects.adhesion, effects.spring))
+    best_terms = [min(group, key=lambda effects: brackets[effects][1]) for _, group in groups]
+    left = [effects for effects in best_terms if effects != full]
     if quantity == "force":
         left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
     elif quantity == "pull_off_force" and full.adhesion:
@@ -197,16 +291,6 @@ def instants(history: PiecewiseLinearProtocol) -> FloatArray:
         for begin, end, phase in zip(history.times[:-1], history.times[1:], history.phases, strict=True)
     ]
     return np.concatenate([history.times[:1], *pieces])
-
-
-def _best_of_each_count(every: list[Effects], brackets: dict[Effects, tuple[float, float]]) -> list[Effects]:
-    """For each number of terms, with and without adhesion and spring, the terms with the smallest estimate."""
-    best: dict[tuple[int, bool, bool], Effects] = {}
-    for effects in every:
-        group = (effects.terms, effects.adhesion, effects.spring)
-        if group not in best or brackets[effects][1] < brackets[best[group]][1]:
-            best[group] = effects
-    return sorted(best.values(), key=lambda effects: (effects.count, effects.terms))
 
 
 def _brackets(

@@ -1,1 +1,0 @@
-"""Which effects a scene has, and which of them it calls for."""
