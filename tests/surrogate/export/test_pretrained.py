@@ -134,7 +134,7 @@ def test_of_any_force_the_graph_says_what_the_predictor_says(model, inputs, soli
     peak = np.exp(-(((np.arange(steps) - centre - rng.uniform(-0.4, 0.4, (batch, 1))) / width) ** 2))
     force = 5.0 * peak - np.clip(inputs["indentations"], 0.0, None) ** 1.5 * (np.arange(steps) < turn)
     graph, mean, deviation = OnnxGraph(), *scaling.force
-    graph.symexp(graph.named("scaled") * deviation + mean, "force")
+    (graph.named("scaled") * deviation + mean).symexp("force")
     outputs = add_bands(graph, graph.named("scaled"), model.bands, scaling, counts)
     given = inputs | {"scaled": scaling.scale_force(force)}
     del given["edge"]
