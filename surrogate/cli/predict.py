@@ -87,8 +87,12 @@ def predict(
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
-        _require_no_more(model, table, modulus_ratio, coverage)
-        ratio = _solver_material(model, modulus_ratio, check=check)
+        if coverage is not None and model.bands is None:
+            raise ValueError(
+                f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
+                f"with {model.name}"
+            )
+        ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = _along(model, table, ratio) if table.is_history else _of_protocols(model, table, ratio, coverage)
         quiet = out is not None and len(answers) > 1
         outside = [(number, words) for number, one in enumerate(answers) for words in one.found.extrapolated]
@@ -153,12 +157,12 @@ def _asked(source: Path | None, options: Sequence[float | None]) -> Table:
     return replace(table, tabor=table.tabor if tabor is None else tabor)
 
 
-def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None, coverage: float | None) -> None:
-    """Check that nothing was given that the model does not take, and nothing twice.
+def _solver_material(model: Surrogate, table: Table, asked: float | None, *, check: bool) -> float:
+    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set.
 
     Raises:
-        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or a coverage of
-            bands that the model has not.
+        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or another
+            modulus ratio than the model's without a check.
     """
     column = RATIO in table.columns
     if column and model.bands is None:
@@ -166,16 +170,33 @@ def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None
             f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
             f"standard linear solid. Received: a column {RATIO} in {table.path}"
         )
-    if column and modulus_ratio is not None:
+    if column and asked is not None:
         raise ValueError(
-            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {modulus_ratio!r} "
+            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {asked!r} "
             f"and a column {RATIO} in {table.path}"
         )
-    if coverage is not None and model.bands is None:
+    known = model.modulus_ratio
+    if asked is None:
+        if check and known is None and model.bands is None:
+            typer.echo(
+                f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
+                f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",
+                err=True,
+            )
+        return USUAL_MODULUS_RATIO if known is None else known
+    if known is None or asked == known:
+        return asked
+    if not check:
         raise ValueError(
-            f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
-            f"with {model.name}"
+            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to run the solver with "
+            f"another one. Received: --modulus-ratio {asked:g}"
         )
+    typer.echo(
+        f"warning: {model.name} was trained on the modulus ratio {known:g} only; the solver uses {asked:g}, so the "
+        "check compares two materials",
+        err=True,
+    )
+    return asked
 
 
 def _of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
@@ -214,29 +235,3 @@ def _scene(tabor: float, modulus_ratio: float) -> Scene:
     from bem import Scene, StandardLinearSolid
 
     return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
-
-
-def _solver_material(model: Surrogate, asked: float | None, *, check: bool) -> float:
-    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set."""
-    known = model.modulus_ratio
-    if asked is None:
-        if check and known is None and model.bands is None:
-            typer.echo(
-                f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
-                f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",
-                err=True,
-            )
-        return USUAL_MODULUS_RATIO if known is None else known
-    if known is None or asked == known:
-        return asked
-    if not check:
-        raise ValueError(
-            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to run the solver with "
-            f"another one. Received: --modulus-ratio {asked:g}"
-        )
-    typer.echo(
-        f"warning: {model.name} was trained on the modulus ratio {known:g} only; the solver uses {asked:g}, so the "
-        "check compares two materials",
-        err=True,
-    )
-    return asked
