@@ -194,6 +194,16 @@ def test_the_file_says_what_it_is(model, path):
     assert {name: tuple(bounds) for name, bounds in json.loads(found["ranges"]).items()} == model.scaling.ranges
 
 
+def test_the_command_writes_one_file_and_never_over_the_network(program, path, model, tmp_path):
+    network = (PUBLISHED / model.name / "model.onnx").read_bytes()
+    code, out, err = program("export", model.name)
+    assert (code, out) == (2, "")
+    assert err.startswith("surrogate: Expected --out FILE, since ")
+    assert program("export", model.name, "--out", tmp_path / "fast.onnx")[0] == 0
+    assert (tmp_path / "fast.onnx").read_bytes() == path.read_bytes()
+    assert (PUBLISHED / model.name / "model.onnx").read_bytes() == network
+
+
 def test_the_package_loads_it_by_name_only(model, path):
     with pytest.raises(ValueError, match=rf"model\.onnx, which holds the pretrained model {model.name} for other"):
         surrogate.load(path)
