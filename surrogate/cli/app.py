@@ -22,6 +22,7 @@ from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.prediction.files import BANDED, find_model, model_roots
 from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
+from surrogate.training.recipe import Recipe
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -93,8 +94,6 @@ def train(
             f"defaults of these options. Received: label={label!r}"
         )
     require_place(destination)
-    from surrogate.training.recipe import Recipe
-
     own = Recipe.load(recipe)
     chosen = own.with_overrides(epochs=epochs, seed=seed)
     if threads is not None:
@@ -169,7 +168,6 @@ def train_all(
         require_place(models / model_name(name + suffix))
     from surrogate.data.dataset import TrajectoryDataset
     from surrogate.training.identity import TrainingIdentity, trained_otherwise
-    from surrogate.training.recipe import Recipe
     from surrogate.training.run_folder import set_aside
 
     data = TrajectoryDataset.load(dataset)

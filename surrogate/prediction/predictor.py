@@ -26,22 +26,10 @@ from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
+from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork, Network
 from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
-from surrogate.prediction.validity import (
-    POINTS,
-    RANGE_TOLERANCE,
-    Excess,
-    ExtrapolationWarning,
-    Scenes,
-    check_history,
-    checked_edge,
-    contacts,
-    excesses,
-    history_quantities,
-    of_history,
-    warn_of_extrapolation,
-)
+from surrogate.prediction.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
     import keras
@@ -105,7 +93,7 @@ class Surrogate:
         """Ranges of the training, and those of the points, if they are placed by the physics."""
         if self.steps == "uniform":
             return self.scaling.ranges
-        points = {name: (float(count), float(count)) for name, count in zip(POINTS, self.counts, strict=True)}
+        points = {name: (float(count), float(count)) for name, count in zip(validity.POINTS, self.counts, strict=True)}
         return {**self.scaling.ranges, **points, "step_ratio": (1.0, np.inf)}
 
     @overload
@@ -161,7 +149,7 @@ class Surrogate:
             for one, mu in zip(protocols, tabor.tolist(), strict=True)
         ]
         grid = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
-        outside = excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
+        outside = validity.excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
         if self.bands is not None:
             grid["dwell_time"] = np.maximum(grid["dwell_time"], self.scaling.ranges["dwell_time"][0])
         found: dict[int, PredictedTrajectory] = {}
@@ -173,7 +161,7 @@ class Surrogate:
             counts = (self.counts[0], dwell, self.counts[2])
             part, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
             times, indentations = grid_of(self.steps, part, solids, counts)
-            check_history(times, indentations)
+            validity.check_history(times, indentations)
             force = self.network.force(times, indentations, tabor[rows], solids, edge_from_counts(counts, rows.size))
             doubts: Sequence[Any] = [None] * rows.size
             if self.bands is not None:
@@ -185,7 +173,7 @@ class Surrogate:
                     *history,
                     unloading_from=counts[0] + dwell - 1,
                     seconds=seconds,
-                    extrapolated=of_history(outside, row),
+                    extrapolated=validity.of_history(outside, row),
                     model=self.name,
                     modulus_ratio=None if doubt is None else float(ratio[row]),
                     doubt=doubt,
@@ -194,7 +182,7 @@ class Surrogate:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
-            warn_of_extrapolation(self.name, outside, where)
+            validity.warn_of_extrapolation(self.name, outside, where)
         return found[0] if single else [found[index] for index in range(len(protocols))]
 
     def predict_history(
@@ -223,7 +211,7 @@ class Surrogate:
                 One warning names all such quantities, with the value farthest outside and the range.
         """
         given, found = self._checked(times, indentations, scene, edge)
-        warn_of_extrapolation(self.name, found)
+        validity.warn_of_extrapolation(self.name, found)
         return self.network.force(*given).reshape(np.shape(times))
 
     def extrapolated(
@@ -237,7 +225,7 @@ class Surrogate:
             One tuple of texts per history, empty if all quantities are inside.
         """
         given, found = self._checked(times, indentations, scene, edge)
-        return [of_history(found, index) for index in range(len(given[0]))]
+        return [validity.of_history(found, index) for index in range(len(given[0]))]
 
     def stream(self, scene: Scene) -> Stream:
         """Start the step-by-step prediction of one history, for control loops.
@@ -259,7 +247,8 @@ class Surrogate:
         from surrogate.prediction.stream import Stream
 
         tabor, ratio = self._contacts(scene, 1)
-        warn_of_extrapolation(self.name, excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges))
+        outside = validity.excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges)
+        validity.warn_of_extrapolation(self.name, outside)
         ranges = self._ranges
         if self.steps == "physical":
             # Compiled, so imported by the first such stream.
@@ -273,9 +262,9 @@ class Surrogate:
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""
-        tabor, ratio = contacts(scene, count)
+        tabor, ratio = validity.contacts(scene, count)
         own = self.modulus_ratio
-        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > RANGE_TOLERANCE * own)).size:
+        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
             raise ValueError(
                 f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
                 f"know any standard linear solid. Received: modulus_ratio={float(ratio[other[0]])!r}"
@@ -284,16 +273,17 @@ class Surrogate:
 
     def _checked(
         self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None
-    ) -> tuple[tuple[np.ndarray, ...], list[Excess]]:
+    ) -> tuple[tuple[np.ndarray, ...], list[validity.Excess]]:
         """Return the arguments of `Network.force`, and what of them is outside the ranges."""
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         shape = times.shape
         if times.ndim == 1 and indentations.shape == shape:
             times, indentations = times[np.newaxis], indentations[np.newaxis]
-        check_history(times, indentations)
+        validity.check_history(times, indentations)
         # The time channel of the models starts at zero.
         times = times - times[:, :1]
-        marks = edge_from_indentations(indentations) if edge is None else checked_edge(edge, shape).reshape(times.shape)
+        marks = edge_from_indentations(indentations) if edge is None else validity.checked_edge(edge, shape)
+        marks = marks.reshape(times.shape)
         tabor, ratio = self._contacts(scene, len(times))
-        quantities = {"tabor": tabor, "modulus_ratio": ratio, **history_quantities(times, indentations, marks)}
-        return (times, indentations, tabor, ratio, marks), excesses(quantities, self._ranges)
+        quantities = {"tabor": tabor, "modulus_ratio": ratio, **validity.history_quantities(times, indentations, marks)}
+        return (times, indentations, tabor, ratio, marks), validity.excesses(quantities, self._ranges)
