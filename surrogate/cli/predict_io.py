@@ -180,7 +180,7 @@ def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float |
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
-    return [Answer(*one) for one in zip(scenes, protocols, found, found, strict=True)]
+    return [Answer(*one) for one in zip(scenes, protocols, found, strict=True)]
 
 
 def along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
@@ -197,7 +197,7 @@ def along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
             "in a column edge, and compare with the solver (--check)",
             err=True,
         )
-    return [Answer(_scene(table.tabor, ratio), found.protocol, found.trajectory, found)]
+    return [Answer(_scene(table.tabor, ratio), found.protocol, found)]
 
 
 def _scene(tabor: float, modulus_ratio: float) -> Scene:

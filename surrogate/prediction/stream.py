@@ -3,7 +3,7 @@
 A stream runs one time step of the exported network in ONNX Runtime (`surrogate.export.step`) and keeps its states.
 `Stream.run` gives the same bits as the single steps of `Stream.step`. `Surrogate.predict_history` computes the same in
 another order of float32 operations; it agrees to within `AGREEMENT` of the history's force range, as
-`tests/surrogate/prediction/test_agreement.py` tests for the published M1-concat. A step takes some tens of microseconds
+`tests/surrogate/prediction/test_predictor.py` tests for the published M1-concat. A step takes some tens of microseconds
 (`make measure-stream-latency` measures it). Only causal networks can stream: M5 and `fast` need the
 whole history, and of `accurate` the causal ones run alone.
 

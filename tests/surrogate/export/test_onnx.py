@@ -21,22 +21,15 @@ from surrogate.training.runs import Run, execute
 from tests.surrogate.conftest import scaling_of, scenes, write_onnx
 
 
-@pytest.fixture(scope="module")
-def protocols(dataset, grid):
-    times, indentations = (part[:6] for part in grid)
-    return times, indentations, dataset.protocols["tabor"][:6]
-
-
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
 @pytest.mark.parametrize(
     ("name", "features"),
     [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABCEF")],
 )
-def test_file_agrees_with_keras(name, features, stirred, protocols, tmp_path):
+def test_file_agrees_with_keras(name, features, stirred, six, tmp_path):
     backend, expected = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
-    times, indentations, tabor = protocols
-    found = backend.scaling.scale_force(onnx_model.predict_history(times, indentations, scenes(tabor)))
+    found = backend.scaling.scale_force(onnx_model.predict_history(*six))
     assert np.abs(expected).max() > 1e-2
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
 
@@ -155,16 +148,15 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, grid, tmp_path):
+def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, six, tmp_path):
     backend, expected = stirred("M3-concat", "F")
     path = write_onnx(tmp_path / "model.onnx", backend)
     (ratio,) = [item for item in onnx.load(path).graph.initializer if item.name == "modulus_ratio"]
     assert onnx.numpy_helper.to_array(ratio).tolist() == [0.1]
     other = dataclasses.replace(backend.scaling, ranges=backend.scaling.ranges | {"modulus_ratio": (0.5, 0.5)})
     write_onnx(path, KerasNetwork(backend.model, other, name="M3-concat"))
-    times, indentations = (part[:6] for part in grid)
-    tabor = dataset.protocols["tabor"][:6]
-    found = other.scale_force(surrogate.load(path).predict_history(times, indentations, scenes(tabor, 0.5)))
+    solids = scenes(dataset.protocols["tabor"][:6], 0.5)
+    found = other.scale_force(surrogate.load(path).predict_history(*six[:2], solids))
     assert np.abs(found - expected).max() > 1e-2
     unknown = dataclasses.replace(other, ranges={})
     with pytest.raises(ValueError, match=r"one known modulus ratio for features F\. Received: none"):
@@ -187,13 +179,12 @@ def test_inputs_on_short_and_long_steps_and_at_large_times(name, features, stirr
         np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
 
 
-def test_a_training_with_inputs_of_the_material_leaves_a_file(least, dataset, tmp_path):
+def test_a_training_with_inputs_of_the_material_leaves_a_file(least, dataset, six, tmp_path):
     recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
     execute(Run("M1-concat", dataset, dataset.split(), recipe, features="F"), tmp_path)
     model = surrogate.load(tmp_path / "model")
     assert (model.network.complete, model.scaling.features, model.modulus_ratio) == (True, "F", 0.1)
-    times, indentations = (part[:1] for part in dataset.grid(np.arange(1)))
-    (scene,) = scenes(dataset.protocols["tabor"][:1])
+    times, indentations, (scene,) = (part[:1] for part in six)
     expected = surrogate.load(tmp_path / "model", backend="keras").predict_history(times, indentations, scene)
     atol = 1e-5 * np.ptp(expected)
     np.testing.assert_allclose(model.predict_history(times, indentations, scene), expected, rtol=0.0, atol=atol)

@@ -21,13 +21,12 @@ from surrogate.export.onnx_file import checked_model, is_intact, session_of
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.prediction.bands_graph import add_bands, banded_content
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
-from surrogate.prediction.predicted import predicted_trajectory
+from surrogate.prediction.predicted import INTERVALS, predicted_trajectory
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 
 pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make pretrained` writes the models")
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
-INTERVALS = ("pull_off_interval", "pull_off_time_interval", "hysteresis_interval")
 CURVES = ("force", "force_lower", "force_upper", "curve_lower", "curve_upper")
 OUTPUTS = (*CURVES, *RESULTS, *INTERVALS)
 OUTSIDE = 4
