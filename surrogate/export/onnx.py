@@ -30,7 +30,7 @@ from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.physics import ACCELERATION_SMOOTHING
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.keras_layers import add_network
-from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_model, sealed
+from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_content, sealed
 from surrogate.export.onnx_graph import OnnxGraph, Value
 
 if TYPE_CHECKING:
@@ -124,8 +124,7 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
     for key, value in outputs.items():
         value.turned(1, 0, 2).to("Squeeze", [2], output=key)
     shapes: dict[str, list[Any]] = {key: ["steps", "batch"] for key in outputs}
-    made = checked_model(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
-    return made.SerializeToString(deterministic=True)
+    return checked_content(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
 
 
 def _mean(values: list[Value]) -> Value:
@@ -158,8 +157,7 @@ def complete(
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
     }
-    content = checked_model(graph.finish(name, inputs, outputs), metadata | more)
-    return sealed(content.SerializeToString(deterministic=True))
+    return sealed(checked_content(graph.finish(name, inputs, outputs), metadata | more))
 
 
 def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> Value:

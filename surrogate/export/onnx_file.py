@@ -42,8 +42,8 @@ _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
 """Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
 
 
-def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> onnx.ModelProto:
-    """Return an ONNX model of a graph, after ONNX's own check."""
+def checked_content(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> bytes:
+    """Return the ONNX model of a graph as the bytes of a file, after ONNX's own check."""
     import onnx
 
     opset = onnx.helper.make_opsetid("", OPSET)
@@ -52,7 +52,7 @@ def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None
     if metadata:
         onnx.helper.set_model_props(model, metadata)
     onnx.checker.check_model(model, full_check=True)
-    return model
+    return bytes(model.SerializeToString(deterministic=True))
 
 
 def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession:

@@ -110,7 +110,7 @@ def _contact(scene: Any, where: str) -> tuple[float, float]:
             f"Expected a standard linear solid, as in the training. Received: {shown(scene.material)}{where}; the "
             "solver knows it (`bem.simulate`)"
         )
-    return scene.tabor, getattr(scene.material, "modulus_ratio", 1.0)
+    return scene.tabor, scene.material.modulus_ratio
 
 
 def check_history(times: np.ndarray, indentations: np.ndarray) -> None:

@@ -17,7 +17,7 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import edge_from_counts
-from surrogate.export.onnx_file import checked_model, is_intact, session_of
+from surrogate.export.onnx_file import checked_content, is_intact, session_of
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.prediction.bands_graph import add_bands, banded_content
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
@@ -138,7 +138,7 @@ def test_of_any_force_the_graph_says_what_the_predictor_says(model, inputs, soli
     given = inputs | {"scaled": scaling.scale_force(force)}
     del given["edge"]
     shapes = {name: [*values.shape] for name, values in given.items()}
-    content = checked_model(graph.finish("bands", shapes, outputs)).SerializeToString()
+    content = checked_content(graph.finish("bands", shapes, outputs))
     found = dict(zip(outputs, session_of(content).run([*outputs], given), strict=True))
     expected = of_force(model, inputs, solids, force)
     assert found.keys() == {*OUTPUTS} - {"force"}
