@@ -106,6 +106,7 @@ def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded,
     assert np.all(outside.force_upper == np.inf)
     assert np.all(outside.force_lower == -np.inf)
     assert np.isfinite(outside.pull_off_force)
+    assert outside.time.size == 102  # without a dwell, with the shortest one
     assert "pull_off_interval" not in outside.summary()
 
 
