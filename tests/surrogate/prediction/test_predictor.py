@@ -64,6 +64,8 @@ def test_edge_override(predictor, inside):
     base = predictor.predict_history(*inside)
     np.testing.assert_array_equal(predictor.predict_history(*inside, marks), base)
     assert np.abs(predictor.predict_history(*inside, 0 * marks) - base).max() > 1e-4
+    said = predictor.extrapolated(*inside, np.roll(marks, 10, axis=1))
+    assert all("loading_points = 60 lies outside" in str(one) for one in said)
     for wrong in (marks[:, 1:], 0.5 * marks, -marks, 2.0 * marks, np.nan * marks):
         words = "edge marks of shape" if wrong.shape != marks.shape else "edge marks of zero or one"
         with pytest.raises(ValueError, match=words):
