@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -12,15 +13,16 @@ import typer
 from bem import __version__
 from bem._support.command_line import add_version, run_command
 from bem._support.interruption import say_what_is_kept
-from bem._support.outputs import Outputs
+from bem._support.outputs import Outputs, require_suffix
+from bem._support.wording import shown
 from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
-from surrogate.cli.export import export
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
-from surrogate.prediction.files import find_model, model_roots
+from surrogate.prediction.files import BANDED, find_model, model_roots
 from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
+from surrogate.training.recipe import Recipe
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -92,8 +94,6 @@ def train(
             f"defaults of these options. Received: label={label!r}"
         )
     require_place(destination)
-    from surrogate.training.recipe import Recipe
-
     own = Recipe.load(recipe)
     chosen = own.with_overrides(epochs=epochs, seed=seed)
     if threads is not None:
@@ -168,7 +168,6 @@ def train_all(
         require_place(models / model_name(name + suffix))
     from surrogate.data.dataset import TrajectoryDataset
     from surrogate.training.identity import TrainingIdentity, trained_otherwise
-    from surrogate.training.recipe import Recipe
     from surrogate.training.run_folder import set_aside
 
     data = TrajectoryDataset.load(dataset)
@@ -187,16 +186,8 @@ def train_all(
         waiting.append(label)
 
     def command(label: str) -> list[str]:
-        options = {
-            "label": label if suffix else None,
-            "recipe": recipe,
-            "dataset": dataset,
-            "epochs": epochs,
-            "seed": seed,
-            "threads": threads,
-            "runs": runs,
-            "models": models,
-        }
+        options = {"label": label if suffix else None, "recipe": recipe, "dataset": dataset, "epochs": epochs}
+        options |= {"seed": seed, "threads": threads, "runs": runs, "models": models}
         flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
         flags += [["--architecture", str(file)] for file in architecture or ()]
         return ["train", label.removesuffix(suffix), "--replace", *(word for flag in flags for word in flag)]
@@ -241,7 +232,65 @@ def evaluate(
 
 
 app.command()(predict)
-app.command()(export)
+
+
+@app.command()
+def export(
+    name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or model directory.")],
+    file_format: Annotated[
+        str | None, typer.Option("--format", help="onnx or keras. Default: by the name of the file.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The file. Default: model.onnx in the model directory; fast, accurate and keras need it."),
+    ] = None,
+    models: FoundOption = None,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """Write a trained model as one file.
+
+    An .onnx file maps physical inputs to the physical force. A .keras file maps scaled inputs to the scaled force;
+    `keras.saving.load_model` reads it after `import surrogate`.
+    """
+    import surrogate
+    from surrogate.prediction.loading import load_banded
+
+    if file_format not in (None, "onnx", "keras"):
+        raise ValueError(f"Expected the format onnx or keras. Received: {shown(file_format)}")
+    require_suffix(out, (".onnx", ".keras") if file_format is None else (f".{file_format}",))
+    as_keras = out.suffix == ".keras" if out is not None else file_format == "keras"
+    if name in BANDED and as_keras:
+        raise ValueError(f"Expected the format onnx for {name}. Received: the format keras")
+    folder = find_model(name, models)
+    if not folder.is_dir():
+        raise ValueError(f"Expected a model directory. Received: {folder}")
+    if out is None and as_keras:
+        raise ValueError("Expected --out FILE.keras. Received: no --out")
+    if out is None and name in BANDED:
+        raise ValueError(f"Expected --out FILE, since {folder / 'model.onnx'} is the network alone. Received: no --out")
+    load_architectures(architecture or ())
+    written = folder / "model.onnx" if out is None else out
+    with Outputs(written) as outputs:
+        if as_keras:
+            model = surrogate.load(folder, backend="keras").model
+            with outputs.write(written) as part:
+                model.save(part)
+        else:
+            content = None
+            if folder.name in BANDED:
+                from surrogate.prediction.bands_graph import banded_content
+
+                content = banded_content(load_banded(folder))
+            elif out is not None:  # the present file, which takes no Keras, if it belongs to the others
+                with suppress(ValueError, FileNotFoundError):
+                    content = surrogate.load(folder).network.content()
+            if content is None:
+                from surrogate.training.exporting import folder_content
+
+                content = folder_content(folder)
+            with outputs.write(written) as part:
+                part.write_bytes(content)
+    typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
 
 
 def app_main() -> None:

@@ -21,8 +21,7 @@ class Answer:
     Args:
         scene: The scene that the solver is asked about.
         protocol: The protocol likewise.
-        found: Trajectory at measurement steps.
-        written: What is written: the same, or the prediction at the points of a given history.
+        written: What is written: a trajectory, or the prediction at the points of a given history.
         simulated: The solver's trajectory.
         check: Errors against it, and the materials of both.
         solver_force: Its force where written.
@@ -30,11 +29,15 @@ class Answer:
 
     scene: Any
     protocol: Any
-    found: Any
     written: Any
     simulated: Any = None
     check: dict[str, Any] | None = None
     solver_force: np.ndarray | None = None
+
+    @property
+    def found(self) -> Any:
+        """The trajectory at measurement steps."""
+        return getattr(self.written, "trajectory", self.written)
 
     def compare(self, model_ratio: float | None) -> None:
         """Ask the solver; `model_ratio` is the model's only modulus ratio, `None` if it knows many, or says none."""

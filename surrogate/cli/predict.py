@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from bem.scene import Scene
-    from surrogate.cli.comparison import Answer
     from surrogate.cli.predict_io import Table
     from surrogate.prediction.predictor import Surrogate
 
@@ -78,18 +73,22 @@ def predict(
     from bem._support.outputs import IMAGES, Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
-    from surrogate.cli.predict_io import to_json, write_protocols, write_trajectories
+    from surrogate.cli.predict_io import along, asked, of_protocols, to_json, write_protocols, write_trajectories
     from surrogate.prediction.validity import advice
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
-    table = _asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))
+    table = asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
-        _require_no_more(model, table, modulus_ratio, coverage)
-        ratio = _solver_material(model, modulus_ratio, check=check)
-        answers = _along(model, table, ratio) if table.is_history else _of_protocols(model, table, ratio, coverage)
+        if coverage is not None and model.bands is None:
+            raise ValueError(
+                f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
+                f"with {model.name}"
+            )
+        ratio = _solver_material(model, table, modulus_ratio, check=check)
+        answers = along(model, table, ratio) if table.is_history else of_protocols(model, table, ratio, coverage)
         quiet = out is not None and len(answers) > 1
         outside = [(number, words) for number, one in enumerate(answers) for words in one.found.extrapolated]
         beyond = len({number for number, _ in outside})
@@ -122,43 +121,12 @@ def predict(
             typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
 
 
-def _asked(source: Path | None, options: Sequence[float | None]) -> Table:
-    """Return the protocols of a file or of the options, or the history of a file with its Tabor parameter.
+def _solver_material(model: Surrogate, table: Table, asked: float | None, *, check: bool) -> float:
+    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set.
 
     Raises:
-        ValueError: both or neither are given, or two Tabor parameters, or none for a history.
-    """
-    import numpy as np
-
-    from bem.dataset.designs import QUANTITIES
-    from surrogate.cli.predict_io import Table, read_table
-
-    given = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
-    flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
-    if source is None:
-        if missing := [flags[name] for name in QUANTITIES if name not in given]:
-            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
-        return Table(Path(), {name: np.array([value]) for name, value in given.items()})
-    table = read_table(source)
-    tabor = given.pop("tabor", None) if table.is_history else None
-    if given:
-        both = ", ".join([f"--in {source}", *(flags[name] for name in given)])
-        raise ValueError(f"Expected a history or protocols from --in FILE, or options, not both. Received: {both}")
-    if not table.is_history:
-        return table
-    if tabor is None and table.tabor is None:
-        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
-    if tabor is not None and table.tabor not in (None, tabor):
-        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {tabor!r}")
-    return replace(table, tabor=table.tabor if tabor is None else tabor)
-
-
-def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None, coverage: float | None) -> None:
-    """Check that nothing was given that the model does not take, and nothing twice.
-
-    Raises:
-        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or a coverage of
-            bands that the model has not.
+        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or another
+            modulus ratio than the model's without a check.
     """
     column = RATIO in table.columns
     if column and model.bands is None:
@@ -166,58 +134,11 @@ def _require_no_more(model: Surrogate, table: Table, modulus_ratio: float | None
             f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
             f"standard linear solid. Received: a column {RATIO} in {table.path}"
         )
-    if column and modulus_ratio is not None:
+    if column and asked is not None:
         raise ValueError(
-            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {modulus_ratio!r} "
+            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {asked!r} "
             f"and a column {RATIO} in {table.path}"
         )
-    if coverage is not None and model.bands is None:
-        raise ValueError(
-            f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
-            f"with {model.name}"
-        )
-
-
-def _of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
-    """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
-    from surrogate.cli.comparison import Answer
-    from surrogate.prediction.validity import ExtrapolationWarning
-
-    protocols, tabor = table.protocols(), table.columns["tabor"]
-    scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(RATIO, [ratio] * len(tabor)), strict=True)]
-    known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
-    # The command says it for each trajectory.
-    with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
-        found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
-    return [Answer(*one) for one in zip(scenes, protocols, found, found, strict=True)]
-
-
-def _along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
-    """Predict along the history of a file."""
-    from surrogate.cli.comparison import Answer
-    from surrogate.prediction.measured import predict_measured
-
-    columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
-    known = _scene(table.tabor, ratio if model.modulus_ratio is None else model.modulus_ratio)
-    along = predict_measured(model, *columns[:2], known, edge=columns[2])
-    if along.unlike:
-        typer.echo(
-            f"warning: {table.path} is not a history like those {model.name} was trained on. It is predicted "
-            f"at its own points. {along.unlike}. Cut the record to one cycle, or mark both ends of the dwell "
-            "in a column edge, and compare with the solver (--check)",
-            err=True,
-        )
-    return [Answer(_scene(table.tabor, ratio), along.protocol, along.trajectory, along)]
-
-
-def _scene(tabor: float, modulus_ratio: float) -> Scene:
-    from bem import Scene, StandardLinearSolid
-
-    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
-
-
-def _solver_material(model: Surrogate, asked: float | None, *, check: bool) -> float:
-    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set."""
     known = model.modulus_ratio
     if asked is None:
         if check and known is None and model.bands is None:

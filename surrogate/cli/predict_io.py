@@ -1,4 +1,4 @@
-"""Input and output files of `surrogate predict`. Units as in `bem.protocol`.
+"""What `surrogate predict` is asked, its predictions, and the files of both. Units as in `bem.protocol`.
 
 Input, as CSV with a header or as JSON:
 
@@ -23,20 +23,27 @@ import io
 import json
 import math
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import typer
 
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
+from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from surrogate.cli.comparison import Answer
 from surrogate.prediction.predicted import INTERVALS
+from surrogate.prediction.validity import ExtrapolationWarning
+
+if TYPE_CHECKING:
+    from surrogate.prediction.predictor import Surrogate
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
@@ -137,6 +144,64 @@ def read_table(path: Path) -> Table:
         return replace(read, columns=columns)
     read.require("the same Tabor parameter in every row", tabor != tabor[0], lambda row: f"{float(tabor[row])!r}")
     return replace(read, columns=columns, tabor=float(tabor[0]))
+
+
+def asked(source: Path | None, options: Sequence[float | None]) -> Table:
+    """Return the protocols of a file or of the options, or the history of a file with its Tabor parameter.
+
+    Raises:
+        ValueError: both or neither are given, or two Tabor parameters, or none for a history.
+    """
+    given = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
+    flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
+    if source is None:
+        if missing := [flags[name] for name in QUANTITIES if name not in given]:
+            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
+        return Table(Path(), {name: np.array([value]) for name, value in given.items()})
+    table = read_table(source)
+    tabor = given.pop("tabor", None) if table.is_history else None
+    if given:
+        both = ", ".join([f"--in {source}", *(flags[name] for name in given)])
+        raise ValueError(f"Expected a history or protocols from --in FILE, or options, not both. Received: {both}")
+    if not table.is_history:
+        return table
+    if tabor is None and table.tabor is None:
+        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
+    if tabor is not None and table.tabor not in (None, tabor):
+        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {tabor!r}")
+    return replace(table, tabor=table.tabor if tabor is None else tabor)
+
+
+def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
+    """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
+    protocols, tabor = table.protocols(), table.columns["tabor"]
+    scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [ratio] * len(tabor)), strict=True)]
+    known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
+    # The command says it for each trajectory.
+    with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
+        found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
+    return [Answer(*one) for one in zip(scenes, protocols, found, strict=True)]
+
+
+def along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
+    """Predict along the history of a file."""
+    from surrogate.prediction.measured import predict_measured
+
+    columns = [table.columns.get(key) for key in (*HISTORY_COLUMNS, EDGE)]
+    known = _scene(table.tabor, ratio if model.modulus_ratio is None else model.modulus_ratio)
+    found = predict_measured(model, *columns[:2], known, edge=columns[2])
+    if found.unlike:
+        typer.echo(
+            f"warning: {table.path} is not a history like those {model.name} was trained on. It is predicted "
+            f"at its own points. {found.unlike}. Cut the record to one cycle, or mark both ends of the dwell "
+            "in a column edge, and compare with the solver (--check)",
+            err=True,
+        )
+    return [Answer(_scene(table.tabor, ratio), found.protocol, found)]
+
+
+def _scene(tabor: float, modulus_ratio: float) -> Scene:
+    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
 
 
 def write_trajectories(path: Path, answers: Sequence[Answer]) -> None:

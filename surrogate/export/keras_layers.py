@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from surrogate.export.onnx_graph import OnnxGraph, Value
+from surrogate.export.onnx_graph import Value
 
 if TYPE_CHECKING:
     import keras
@@ -23,17 +23,14 @@ class NotExportableError(ValueError):
     """The model has a layer that cannot be expressed in ONNX."""
 
 
-def add_network(
-    graph: OnnxGraph, model: keras.Model, sequence: Value, tabor: Value | None, *, appended: bool = False
-) -> Value:
-    """Add a model of `surrogate.build` to a graph.
+def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None) -> Value:
+    """Add a model of `surrogate.build` to the graph of its inputs.
 
     Args:
-        graph: The graph.
         model: The model.
         sequence: Its scaled channels, float32 of shape `(batch, steps, channels)`.
-        tabor: The scaled Tabor parameter, float32 of shape `(batch, 1)`.
-        appended: Whether the sequence has the Tabor parameter as its last channel already; `tabor` is then `None`.
+        tabor: The scaled Tabor parameter, float32 of shape `(batch, 1)`; `None` if the sequence has it as its last
+            channel already.
 
     Returns:
         The scaled force, float32 of shape `(batch, steps, 1)`.
@@ -66,8 +63,8 @@ def add_network(
         if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {bad[0]} of {model.name}")
         inputs = [results[source] for source in _sources(nodes[0]["args"])]
-        told = appended and kind == "AppendTabor" and inputs[0] == sequence
-        results[name] = sequence if told else _LAYERS[kind](graph, layers[name], inputs)
+        told = tabor is None and kind == "AppendTabor" and inputs[0] == sequence
+        results[name] = sequence if told else _LAYERS[kind](layers[name], *inputs)
     return results[name]
 
 
@@ -93,7 +90,8 @@ def _activation(function: Any) -> str:
     return getattr(function, "__name__", type(function).__name__)
 
 
-def _affine(graph: OnnxGraph, source: Value, name: str, kernel: np.ndarray, bias: np.ndarray, key: str = "") -> Value:
+def _affine(source: Value, name: str, kernel: np.ndarray, bias: np.ndarray, key: str = "") -> Value:
+    graph = source.graph
     return source @ graph.weight(f"{name}/kernel{key}", kernel) + graph.weight(f"{name}/bias{key}", bias)
 
 
@@ -101,145 +99,121 @@ def _bias(layer: Any, size: int) -> np.ndarray:
     return np.zeros(size) if layer.bias is None else _array(layer.bias)
 
 
-def _dense(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
-    name, activation = prefix + layer.name, _activation(layer.activation)
+def _dense(layer: Any, source: Value) -> Value:
+    activation, kernel = _activation(layer.activation), _array(layer.kernel)
     if activation not in ("linear", "relu", "gelu", "softmax"):
         raise _unsupported("a linear, relu, gelu or softmax activation", layer, f"{activation} in ")
-    kernel = _array(layer.kernel)
-    result = _affine(graph, inputs[0], name, kernel, _bias(layer, kernel.shape[-1]))
+    result = _affine(source, layer.path, kernel, _bias(layer, kernel.shape[-1]))
     if activation == "relu":
-        return graph.add("Relu", result)
+        return result.to("Relu")
     if activation == "gelu":
         half, one, root = (np.array(value, dtype=np.float32) for value in (0.5, 1.0, math.sqrt(0.5)))
-        return result * half * (graph.add("Erf", result * root) + one)
-    return graph.add("Softmax", result, axis=-1) if activation == "softmax" else result
+        return result * half * ((result * root).to("Erf") + one)
+    return result.to("Softmax", axis=-1) if activation == "softmax" else result
 
 
-def _lstm(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
+def _lstm(layer: Any, source: Value) -> Value:
     standard = (_activation(layer.activation), _activation(layer.recurrent_activation)) == ("tanh", "sigmoid")
     unusual = layer.go_backwards or layer.stateful or layer.return_state
     if not (standard and layer.return_sequences and layer.use_bias) or unusual:
         raise _unsupported("a forward LSTM of tanh and sigmoid with bias, returning sequences alone", layer)
-    units = layer.units
+    units, cell = layer.units, layer.cell
     # Keras has the order i, f, c, o.
     order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
-    cell = layer.cell
     kernel, recurrent, bias = (_array(one)[..., order] for one in (cell.kernel, cell.recurrent_kernel, cell.bias))
     weights = {"W": kernel.T[None], "R": recurrent.T[None], "B": np.concatenate([bias, np.zeros_like(bias)])[None]}
-    names = [graph.weight(f"{layer.name}/{key}", values) for key, values in weights.items()]
-    hidden = graph.add("LSTM", inputs[0].turned(1, 0, 2), *names, hidden_size=units)
-    return hidden.squeeze(1).turned(1, 0, 2)
+    names = [source.graph.weight(f"{layer.path}/{key}", values) for key, values in weights.items()]
+    return source.turned(1, 0, 2).to("LSTM", *names, hidden_size=units).squeeze(1).turned(1, 0, 2)
 
 
-def _normalise(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
+def _normalise(layer: Any, source: Value) -> Value:
     if layer.gamma is None or layer.beta is None or layer.rms_scaling or layer.axis not in (-1, 2, [-1], [2]):
         raise _unsupported("a normalisation of the last axis that scales and shifts", layer)
-    name = prefix + layer.name
-    weights = [graph.weight(f"{name}/{key}", _array(getattr(layer, key))) for key in ("gamma", "beta")]
-    return graph.add("LayerNormalization", inputs[0], *weights, axis=-1, epsilon=float(layer.epsilon))
+    weights = [source.graph.weight(f"{layer.path}/{key}", _array(getattr(layer, key))) for key in ("gamma", "beta")]
+    return source.to("LayerNormalization", *weights, axis=-1, epsilon=float(layer.epsilon))
 
 
-def _convolve(graph: OnnxGraph, layer: Any, inputs: list[Value], prefix: str = "") -> Value:
+def _convolve(layer: Any, source: Value) -> Value:
     activation = _activation(layer.activation)
     plain = layer.strides == (1,) and layer.groups == 1 and layer.data_format == "channels_last"
     causal = layer.padding == "causal" or layer.kernel_size == (1,)
     if not (plain and causal and activation in ("linear", "relu")):
         raise _unsupported("a causal convolution, linear or relu, of one group and stride", layer)
-    name, dilation = prefix + layer.name, int(layer.dilation_rate[0])
-    kernel = graph.weight(f"{name}/kernel", _array(layer.kernel).transpose(2, 1, 0))
-    bias = graph.weight(f"{name}/bias", _bias(layer, layer.filters))
+    kernel = source.graph.weight(f"{layer.path}/kernel", _array(layer.kernel).transpose(2, 1, 0))
+    bias = source.graph.weight(f"{layer.path}/bias", _bias(layer, layer.filters))
+    dilation = int(layer.dilation_rate[0])
     past = (layer.kernel_size[0] - 1) * dilation
-    convolved = graph.add("Conv", inputs[0].turned(0, 2, 1), kernel, bias, dilations=[dilation], pads=[past, 0])
-    result = convolved.turned(0, 2, 1)
-    return graph.add("Relu", result) if activation == "relu" else result
+    result = source.turned(0, 2, 1).to("Conv", kernel, bias, dilations=[dilation], pads=[past, 0]).turned(0, 2, 1)
+    return result.to("Relu") if activation == "relu" else result
 
 
-def _append(graph: OnnxGraph, _: Any, inputs: list[Value]) -> Value:
-    sequence, tabor = inputs
-    first = graph.add("Slice", sequence, [0], [1], [2])
-    return graph.add("Concat", sequence, (first - first) + tabor.expand(1), axis=2)
+def _append(_: Any, sequence: Value, tabor: Value) -> Value:
+    first = sequence.to("Slice", [0], [1], [2])
+    return sequence.to("Concat", (first - first) + tabor.expand(1), axis=2)
 
 
-def _choose(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    return graph.add("Reshape", inputs[0].pick(*layer.steps), [0, -1])
-
-
-def _reshape(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    return graph.add("Reshape", inputs[0], [0, *layer.target_shape])
-
-
-def _add(_: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
+def _add(layer: Any, *inputs: Value) -> Value:
     shapes = [tuple(one.shape) for one in layer.input]
     if len(shapes) != 2 or shapes[0] != shapes[1]:
         raise _unsupported("a sum of two of one shape", layer, f"{shapes} in ")
     return inputs[0] + inputs[1]
 
 
-def _film(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    prefix = f"{layer.name}/"
-    context = _dense(graph, layer.context, [inputs[1]], prefix)
-    scale, shift = (_dense(graph, part, [context], prefix).expand(1) for part in (layer.scale, layer.shift))
-    return inputs[0] * scale + shift
+def _film(layer: Any, sequence: Value, tabor: Value) -> Value:
+    context = _dense(layer.context, tabor)
+    scale, shift = (_dense(part, context).expand(1) for part in (layer.scale, layer.shift))
+    return sequence * scale + shift
 
 
-def _gate(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    prefix = f"{layer.name}/"
-    weights = _dense(graph, layer.weighting, [_dense(graph, layer.context, [inputs[2]], prefix)], prefix)
-    first, second = (source * weights.pick(index).expand(1) for index, source in enumerate(inputs[:2]))
+def _gate(layer: Any, first: Value, second: Value, tabor: Value) -> Value:
+    weights = _dense(layer.weighting, _dense(layer.context, tabor))
+    first, second = (source * weights.pick(index).expand(1) for index, source in enumerate((first, second)))
     return first + second
 
 
-def _tcn_block(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    prefix, hidden = f"{layer.name}/", inputs
-    for convolution, normalisation in (
-        (layer.first_convolution, layer.first_normalisation),
-        (layer.second_convolution, layer.second_normalisation),
-    ):
-        normalised = _normalise(graph, normalisation, [_convolve(graph, convolution, hidden, prefix)], prefix)
-        hidden = [graph.add("Relu", normalised)]
-    skip = inputs[0] if layer.projection is None else _convolve(graph, layer.projection, inputs, prefix)
-    return hidden[0] + skip
+def _tcn_block(layer: Any, source: Value) -> Value:
+    hidden = _normalise(layer.first_normalisation, _convolve(layer.first_convolution, source)).to("Relu")
+    hidden = _normalise(layer.second_normalisation, _convolve(layer.second_convolution, hidden)).to("Relu")
+    return hidden + (source if layer.projection is None else _convolve(layer.projection, source))
 
 
-def _encoder_block(graph: OnnxGraph, layer: Any, inputs: list[Value]) -> Value:
-    prefix = f"{layer.name}/"
-    total = inputs[0] + _attention(graph, layer, inputs[0], f"{prefix}attention")
-    hidden = _normalise(graph, layer.attention_normalisation, [total], prefix)
-    transformed = _dense(graph, layer.contract, [_dense(graph, layer.expand, [hidden], prefix)], prefix)
-    return _normalise(graph, layer.output_normalisation, [hidden + transformed], prefix)
+def _encoder_block(layer: Any, source: Value) -> Value:
+    hidden = _normalise(layer.attention_normalisation, source + _attention(layer, source))
+    return _normalise(layer.output_normalisation, hidden + _dense(layer.contract, _dense(layer.expand, hidden)))
 
 
-def _attention(graph: OnnxGraph, layer: Any, source: Value, name: str) -> Value:
+def _attention(layer: Any, source: Value) -> Value:
     """Add the self-attention of an encoder block over all steps."""
-    attention, heads, key_dim = layer.attention, layer.heads, layer.key_dim
+    attention, heads, key_dim, name = layer.attention, layer.heads, layer.key_dim, f"{layer.path}/attention"
 
     def split(key: str, part: Any, *axes: int) -> Value:
         kernel = _array(part.kernel)
-        affine = _affine(graph, source, name, kernel.reshape(len(kernel), -1), _array(part.bias).reshape(-1), key)
-        return graph.add("Reshape", affine, [0, 0, heads, key_dim]).turned(*axes)
+        affine = _affine(source, name, kernel.reshape(len(kernel), -1), _array(part.bias).reshape(-1), key)
+        return affine.to("Reshape", [0, 0, heads, key_dim]).turned(*axes)
 
     factor = np.array(1.0 / math.sqrt(key_dim), dtype=np.float32)
     query = split("_q", attention.query_dense, 0, 2, 1, 3) * factor
     scores = query @ split("_k", attention.key_dense, 0, 2, 3, 1)
     value = split("_v", attention.value_dense, 0, 2, 1, 3)
-    joined = (graph.add("Softmax", scores, axis=-1) @ value).turned(0, 2, 1, 3)
-    flat = graph.add("Reshape", joined, [0, 0, heads * key_dim])
+    joined = (scores.to("Softmax", axis=-1) @ value).turned(0, 2, 1, 3)
+    flat = joined.to("Reshape", [0, 0, heads * key_dim])
     kernel = _array(attention.output_dense.kernel)
-    return _affine(graph, flat, name, kernel.reshape(-1, kernel.shape[-1]), _array(attention.output_dense.bias), "_out")
+    return _affine(flat, name, kernel.reshape(-1, kernel.shape[-1]), _array(attention.output_dense.bias), "_out")
 
 
 _LAYERS: dict[str, Callable[..., Value]] = {
     "AppendTabor": _append,
     "Add": _add,
-    "ChosenSteps": _choose,
+    "ChosenSteps": lambda layer, sequence: sequence.pick(*layer.steps).to("Reshape", [0, -1]),
     "Conv1D": _convolve,
     "Dense": _dense,
-    "Dropout": lambda _graph, _layer, inputs: inputs[0],  # without effect in prediction
+    "Dropout": lambda _, source: source,  # without effect in prediction
     "EncoderBlock": _encoder_block,
     "FiLM": _film,
     "LSTM": _lstm,
     "LayerNormalization": _normalise,
-    "Reshape": _reshape,
+    "Reshape": lambda layer, source: source.to("Reshape", [0, *layer.target_shape]),
     "ResidualTCNBlock": _tcn_block,
     "TaborGate": _gate,
 }
+"""From a layer and its inputs to its result."""

@@ -19,6 +19,7 @@ measurement steps of `bem.dataset.physical_steps`. It has more outputs, results 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -26,14 +27,35 @@ import numpy as np
 from onnx import TensorProto
 
 from surrogate.data.features import NEEDS_MATERIAL, channel_names
-from surrogate.data.scaling import Scaling
-from surrogate.export.channels import RATIO, scaled_channels
+from surrogate.data.physics import ACCELERATION_SMOOTHING
+from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.keras_layers import add_network
-from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_model, sealed
+from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_content, sealed
 from surrogate.export.onnx_graph import OnnxGraph, Value
 
 if TYPE_CHECKING:
     import keras
+
+RATIO = "modulus_ratio"
+"""Input or constant of the graphs of set F, of shape `(batch,)` or `(1,)`."""
+
+MEMORY = """
+memory (double[memories, batch] before, double[memories, batch] decay, double[memories, batch] gain)
+    => (double[memories, batch] after, double[memories, batch] here) {
+    kept = Mul(decay, before)
+    after = Add(kept, gain)
+    here = Identity(after)
+}"""
+"""One step of memories, in the text form of ONNX."""
+AVERAGE = f"""
+moving_average (double[batch] before, double[batch] raw) => (double[batch] after, double[batch] smooth)
+    <double share = {{{ACCELERATION_SMOOTHING!r}}}, double rest = {{{1.0 - ACCELERATION_SMOOTHING!r}}}> {{
+    new = Mul(raw, share)
+    old = Mul(before, rest)
+    after = Add(new, old)
+    smooth = Identity(after)
+}}"""
+"""One step of a moving average, likewise."""
 
 MATRIX = ["batch", "steps"]
 HISTORY = {"times": MATRIX, "indentations": MATRIX, "tabor": ["batch"], "edge": MATRIX}
@@ -68,8 +90,8 @@ def file_content(
         graph.initializers[RATIO] = np.array([scaling.modulus_ratio])
     sequence = scaled_channels(graph, scaling)
     mean, deviation = scaling.tabor
-    tabor = ((graph.symlog(graph.named("tabor")) - mean) / deviation).cast(TensorProto.FLOAT)
-    unscaled(graph, add_network(graph, model, sequence, tabor.expand(1)).squeeze(2), scaling)
+    tabor = ((graph.named("tabor").symlog() - mean) / deviation).cast(TensorProto.FLOAT)
+    unscaled(add_network(model, sequence, tabor.expand(1)).squeeze(2), scaling)
     more = {
         "architecture": architecture,
         "dataset_sha256": scaling.dataset_sha256,
@@ -95,26 +117,25 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
     given = graph.named("inputs").turned(1, 0, 2)
-    forces = [add_network(graph, one, given, None, appended=True) for one in members]
+    forces = [add_network(one, given) for one in members]
     kinds = [{type(layer).__name__ for layer in one.layers} for one in members]
     causal = [force for force, kind in zip(forces, kinds, strict=True) if "ChosenSteps" not in kind]
     outputs = {"force": _mean(forces)} | ({"causal": _mean(causal)} if 0 < len(causal) < len(forces) else {})
     for key, value in outputs.items():
-        graph.add("Squeeze", value.turned(1, 0, 2), [2], output=key)
+        value.turned(1, 0, 2).to("Squeeze", [2], output=key)
     shapes: dict[str, list[Any]] = {key: ["steps", "batch"] for key in outputs}
-    made = checked_model(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
-    return made.SerializeToString(deterministic=True)
+    return checked_content(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
 
 
 def _mean(values: list[Value]) -> Value:
     return sum(values[1:], values[0]) / np.array(len(values), dtype=np.float32) if len(values) > 1 else values[0]
 
 
-def unscaled(graph: OnnxGraph, scaled: Value, scaling: Scaling) -> Value:
+def unscaled(scaled: Value, scaling: Scaling) -> Value:
     """Add the output `force` from the scaled force, float32, and return that as float64."""
     mean, deviation = scaling.force
     scaled = scaled.cast(TensorProto.DOUBLE)
-    graph.symexp(scaled * deviation + mean, "force")
+    (scaled * deviation + mean).symexp("force")
     return scaled
 
 
@@ -136,5 +157,95 @@ def complete(
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
     }
-    content = checked_model(graph.finish(name, inputs, outputs), metadata | more)
-    return sealed(content.SerializeToString(deterministic=True))
+    return sealed(checked_content(graph.finish(name, inputs, outputs), metadata | more))
+
+
+def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> Value:
+    """Add the scaled channels of a feature set, and return them, float32 of shape `(batch, steps, channels)`.
+
+    The inputs of the graph are `times`, `indentations` and `edge` of shape `(batch, steps)`, and `tabor` of shape
+    `(batch,)`. Set F also needs `RATIO`. All is computed in double precision, as `surrogate.data.features` does.
+
+    Args:
+        graph: The graph.
+        scaling: The scaling, which names the feature set.
+        with_tabor: Whether the scaled Tabor parameter is one more channel, the last one.
+    """
+    columns = []
+    for name in channel_names(scaling.features):
+        column = _channel(graph, name)
+        for _ in range(SYMLOG_PASSES[name]):
+            column = column.symlog()
+        columns.append(column.expand(2))
+    mean, deviation = list(scaling.channel_mean), list(scaling.channel_scale)
+    if with_tabor:
+        columns.append(_along(graph.named("tabor").symlog()).expand(2))
+        mean.append(scaling.tabor[0])
+        deviation.append(scaling.tabor[1])
+    stacked = graph.add("Concat", *columns, axis=2)
+    return ((stacked - np.array(mean)) / np.array(deviation)).cast(TensorProto.FLOAT)
+
+
+def _channel(graph: OnnxGraph, name: str) -> Value:
+    """Add a channel before any transformation, of shape `(batch, steps)`; what two channels share is added once."""
+    times, indentations, tabor, ratio = (graph.named(one) for one in ("times", "indentations", "tabor", RATIO))
+    if name in ("lee_radok", "memory_relaxation", "memory_retardation"):
+        hertz = _hertz(indentations, tabor)
+        force, relaxation, retardation = _memories(times, indentations, hertz, ratio)
+        if name != "lee_radok":
+            return relaxation if name == "memory_relaxation" else retardation
+        strength = ratio.expand(1).to("Reciprocal") - 1.0
+        return hertz + strength * force
+    makers = {
+        "time": lambda: times,
+        "indentation": lambda: indentations,
+        "velocity": lambda: _slope(times, indentations),
+        "acceleration": lambda: graph.scan(AVERAGE, tabor * 0.0, _slope(times, _slope(times, indentations)), axis=1),
+        "edge": lambda: graph.named("edge"),
+        "log_step": lambda: times.rise().to("Log").after_zero(),
+        "hertz": lambda: _hertz(indentations, tabor),
+        "log_modulus_ratio": lambda: _along(ratio.to("Log")),
+        "loading": lambda: (_slope(times, indentations) > 0.0).cast(TensorProto.DOUBLE),
+        "unloading": lambda: (_slope(times, indentations) < 0.0).cast(TensorProto.DOUBLE),
+    }
+    return makers[name]()
+
+
+def _slope(times: Value, values: Value) -> Value:
+    """Backward difference over time along the steps; the first value is zero."""
+    return (values.rise() / times.rise()).after_zero()
+
+
+def _hertz(indentations: Value, tabor: Value) -> Value:
+    """Add the relaxed force of Hertz, -4/(3 pi) mu^(-3/2) max(indentation, 0)^(3/2)."""
+    pressed = indentations.to("Max", 0.0)
+    size = -4.0 / (3.0 * math.pi) * tabor.to("Pow", -1.5)
+    return size.expand(1) * (pressed * pressed.to("Sqrt"))
+
+
+def _along(values: Value) -> Value:
+    """Repeat one value of each history, shape `(batch,)`, along the steps."""
+    return values.expand(1).to("Expand", values.graph.named("times").to("Shape"))
+
+
+def _memories(times: Value, indentations: Value, hertz: Value, ratio: Value) -> list[Value]:
+    """Memories of the force of Hertz and of the indentation at the relaxation time, and at the retardation time.
+
+    Each obeys m_i = a_i m_(i-1) + b_i with the decay a and the gain b of its step. Decays and gains of all steps are
+    computed at once, so that only this recurrence runs step by step.
+    """
+    graph, duration, change = times.graph, times.rise(), indentations.rise()
+    first = hertz.columns(0, 1)
+    nothing = first - first
+    quick = duration / ratio.expand(1)
+    decays, gains = [], []
+    for steps, rise, start in ((quick, hertz.rise(), first), (quick, change, nothing), (duration, change, nothing)):
+        # 1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits.
+        half = (0.5 * steps).to("Tanh")
+        lost = (half + half) / (1.0 + half)
+        for found, begin, later in ((decays, nothing, 1.0 - lost), (gains, start, lost / steps * rise)):
+            found.append(begin.to("Concat", later, axis=1).expand(0))
+    decay, gain = (graph.add("Concat", *rows, axis=0) for rows in (decays, gains))
+    start = gain.to("Gather", 0, axis=2)
+    memories = graph.scan(MEMORY, start - start, decay, gain, axis=2)
+    return [memories.to("Gather", row, axis=0) for row in range(3)]

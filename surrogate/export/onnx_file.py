@@ -9,7 +9,6 @@ of the metadata.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,8 +42,8 @@ _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
 """Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
 
 
-def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> onnx.ModelProto:
-    """Return an ONNX model of a graph, after ONNX's own check."""
+def checked_content(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> bytes:
+    """Return the ONNX model of a graph as the bytes of a file, after ONNX's own check."""
     import onnx
 
     opset = onnx.helper.make_opsetid("", OPSET)
@@ -53,7 +52,7 @@ def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None
     if metadata:
         onnx.helper.set_model_props(model, metadata)
     onnx.checker.check_model(model, full_check=True)
-    return model
+    return bytes(model.SerializeToString(deterministic=True))
 
 
 def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession:
@@ -64,50 +63,6 @@ def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
     options.log_severity_level = 4
     return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
-
-
-def read_sealed(
-    path: Path, threads: int, *, expected: str, remedy: str
-) -> tuple[bytes, onnxruntime.InferenceSession, dict[str, str]]:
-    """Return the content of a file with a checksum, its session and its metadata.
-
-    Args:
-        path: The file.
-        threads: Threads of ONNX Runtime.
-        expected: What the file should be, for the message.
-        remedy: What to do about a damaged one, for the message.
-
-    Raises:
-        FileNotFoundError: the file does not exist.
-        ValueError: it is damaged, or ONNX Runtime cannot read it.
-    """
-    if not path.is_file():
-        where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected {expected}. Received: {path}, which {where}")
-    content = path.read_bytes()
-    if not is_intact(content):
-        words = f"which is not one, is damaged, or is of an earlier version; {remedy}"
-        raise ValueError(f"Expected {expected}. Received: {path}, {words}")
-    try:
-        session = session_of(content, threads)
-        return content, session, dict(session.get_modelmeta().custom_metadata_map)
-    # ONNX Runtime's exceptions share no base class of their own.
-    except Exception as error:
-        raise ValueError(f"Expected {expected}. Received: {path}, which ONNX Runtime cannot read") from error
-
-
-def require_beside(path: Path, metadata: Mapping[str, str], remedy: str) -> None:
-    """Check the files beside an ONNX file against the sums in its metadata; a file that is missing is not checked.
-
-    Raises:
-        ValueError: a file is not the one that the sum is of.
-    """
-    for key, beside in ((key, path.with_name(name)) for key, name in BESIDE.items() if key in metadata):
-        if beside.is_file() and sha256(beside) != metadata[key]:
-            raise ValueError(
-                f"Expected the {beside.name} that {path} was written with; restore it, or {remedy}. "
-                f"Received: {beside}, which is damaged or another file"
-            )
 
 
 def seal_folder(folder: Path) -> None:

@@ -22,7 +22,6 @@ class Value:
     """A result in a graph. Signs of arithmetic combine it with others, with numbers and with arrays."""
 
     __array_ufunc__ = None  # an array on the left leaves the operation to this class
-
     __add__, __radd__ = _sign("Add")
     __sub__, __rsub__ = _sign("Sub")
     __mul__, __rmul__ = _sign("Mul")
@@ -35,36 +34,54 @@ class Value:
     def __init__(self, graph: OnnxGraph, name: str) -> None:
         self.graph, self.name = graph, name
 
+    def to(self, kind: str, *others: Operand, output: str = "", **attributes: Any) -> Value:
+        """Append a node whose first input this is; see `OnnxGraph.add`."""
+        return self.graph.add(kind, self, *others, output=output, **attributes)
+
     def __neg__(self) -> Value:
-        return self.graph.add("Neg", self)
+        return self.to("Neg")
 
     def cast(self, to: int) -> Value:
         """Convert to another type, of `onnx.TensorProto`."""
-        return self.graph.add("Cast", self, to=to)
+        return self.to("Cast", to=to)
 
     def expand(self, *axes: int) -> Value:
         """Insert axes of length one."""
-        return self.graph.add("Unsqueeze", self, [*axes])
+        return self.to("Unsqueeze", [*axes])
 
     def squeeze(self, *axes: int) -> Value:
         """Remove axes of length one."""
-        return self.graph.add("Squeeze", self, [*axes])
+        return self.to("Squeeze", [*axes])
 
     def turned(self, *axes: int) -> Value:
         """Put the axes into another order."""
-        return self.graph.add("Transpose", self, perm=[*axes])
+        return self.to("Transpose", perm=[*axes])
 
     def pick(self, *columns: int) -> Value:
         """Take some columns of a matrix."""
-        return self.graph.add("Gather", self, [*columns], axis=1)
+        return self.to("Gather", [*columns], axis=1)
 
-    def columns(self, first: int, stop: int | None = None) -> Value:
+    def columns(self, first: int, stop: int = np.iinfo(np.int64).max) -> Value:
         """Take neighbouring columns of a matrix or of a stack of them, to the last one or to `stop`."""
-        return self.graph.add("Slice", self, [first], [np.iinfo(np.int64).max if stop is None else stop], [1])
+        return self.to("Slice", [first], [stop], [1])
 
     def rise(self) -> Value:
         """Compute the differences of neighbours along the steps, of which there is one less."""
         return self.columns(1) - self.columns(0, -1)
+
+    def after_zero(self) -> Value:
+        """Put a zero before the values along the steps."""
+        return self.to("Pad", [0, 1, 0, 0])
+
+    def symlog(self) -> Value:
+        """Compute sign(x) log(1 + |x|)."""
+        size = (self.to("Abs") + 1.0).to("Log")
+        return self.to("Sign") * size
+
+    def symexp(self, output: str) -> Value:
+        """Compute sign(y) (exp(|y|) - 1)."""
+        size = self.to("Abs").to("Exp") - 1.0
+        return self.to("Sign").to("Mul", size, output=output)
 
 
 Operand = Value | float | list[int] | np.ndarray
@@ -98,20 +115,6 @@ class OnnxGraph:
         name = f"{name}_{len(self.initializers)}" if name in self.initializers else name
         self.initializers[name] = np.ascontiguousarray(values, dtype=np.float32)
         return Value(self, name)
-
-    def symlog(self, source: Value) -> Value:
-        """Compute sign(x) log(1 + |x|)."""
-        size = self.add("Log", self.add("Abs", source) + 1.0)
-        return self.add("Sign", source) * size
-
-    def symexp(self, source: Value, output: str) -> Value:
-        """Compute sign(y) (exp(|y|) - 1)."""
-        size = self.add("Exp", self.add("Abs", source)) - 1.0
-        return self.add("Mul", self.add("Sign", source), size, output=output)
-
-    def after_zero(self, values: Value) -> Value:
-        """Put a zero before the values along the steps."""
-        return self.add("Pad", values, [0, 1, 0, 0])
 
     def scan(self, body: str, start: Value, *sources: Value, axis: int) -> Value:
         """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""

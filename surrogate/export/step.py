@@ -7,13 +7,12 @@ a time and stay as they are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from surrogate.export.onnx_file import checked_model
+from surrogate.export.onnx_file import checked_content
+from surrogate.export.onnx_graph import OnnxGraph
 
 INPUT, FORCE, NEXT = "inputs", "scaled_force", "/next"
 """Names of the scaled channels and of the scaled force, and the end of the name of a state after the step."""
@@ -37,13 +36,13 @@ def step_model(content: bytes, tabor: np.ndarray, name: str) -> bytes:
     graph = onnx.load_model_from_string(content).graph
     weights = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     nodes, source, force, width = _network(graph, weights, tabor)
-    states: dict[str, tuple[int, ...]] = {}
+    states: dict[str, list[int]] = {}
     step: list[onnx.NodeProto] = []
     for node in nodes:
         if node.op_type == "LSTM":
             units = weights[node.input[2]].shape[-1]
             names = [f"{node.output[0]}/{state}" for state in ("hidden", "cell")]
-            states |= dict.fromkeys(names, (1, 1, units))
+            states |= {key: [1, 1, units] for key in names}
             node.input.extend(["", *names])
             node.output.extend(state + NEXT for state in names)
         elif node.op_type == "Conv":
@@ -56,13 +55,12 @@ def step_model(content: bytes, tabor: np.ndarray, name: str) -> bytes:
         step.append(node)
     weights["step/one"] = np.array([1], dtype=np.int64)
     begin = helper.make_node("Identity", [INPUT], [source])
-    step = [begin, *step, helper.make_node("Reshape", [force, "step/one"], [FORCE])]
-    used = {one for node in step for one in node.input}
-    stored = [numpy_helper.from_array(values, key) for key, values in weights.items() if key in used]
-    inputs = _ends({INPUT: (1, 1, width), **states})
-    outputs = _ends({FORCE: (1,), **{state + NEXT: shape for state, shape in states.items()}})
-    made = checked_model(helper.make_graph(step, "step", inputs, outputs, initializer=stored))
-    return bytes(made.SerializeToString(deterministic=True))
+    made = OnnxGraph()
+    made.nodes = [begin, *step, helper.make_node("Reshape", [force, "step/one"], [FORCE])]
+    used = {one for node in made.nodes for one in node.input}
+    made.initializers = {key: values for key, values in weights.items() if key in used}
+    outputs = {FORCE: [1], **{state + NEXT: shape for state, shape in states.items()}}
+    return checked_content(made.finish("step", {INPUT: [1, 1, width], **states}, outputs, TensorProto.FLOAT))
 
 
 def _network(
@@ -93,7 +91,7 @@ def _network(
 
 
 def _windowed(
-    node: onnx.NodeProto, weights: dict[str, np.ndarray], states: dict[str, tuple[int, ...]]
+    node: onnx.NodeProto, weights: dict[str, np.ndarray], states: dict[str, list[int]]
 ) -> list[onnx.NodeProto]:
     """Give a convolution its last inputs instead of zeros before the first step; return the nodes that keep them."""
     pads = next(one for one in node.attribute if one.name == "pads")
@@ -101,7 +99,7 @@ def _windowed(
     if not past:
         return []
     window, seen = f"{node.output[0]}/window", f"{node.output[0]}/seen"
-    states[window] = (1, weights[node.input[1]].shape[1], past)
+    states[window] = [1, weights[node.input[1]].shape[1], past]
     bounds = {"step/one": [1], "step/far": [np.iinfo(np.int64).max], "step/axis": [2]}
     weights |= {key: np.array(values, dtype=np.int64) for key, values in bounds.items()}
     added = [
@@ -110,7 +108,3 @@ def _windowed(
     ]
     node.input[0], pads.ints[0] = seen, 0
     return added
-
-
-def _ends(shapes: Mapping[str, tuple[int, ...]]) -> list[onnx.ValueInfoProto]:
-    return [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in shapes.items()]

@@ -68,6 +68,8 @@ class Bands:
     edges: np.ndarray
     shape: np.ndarray
     quantiles: np.ndarray
+    largest_coverage = float(LEVELS[-1])
+    """The largest share of true values that bands can be asked to contain."""
 
     def __post_init__(self) -> None:
         if self.quantiles.shape != (wanted := (len(RESULTS + BANDS), CELLS, len(LEVELS))):
@@ -153,11 +155,6 @@ class Bands:
         part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
         return found
-
-    @property
-    def largest_coverage(self) -> float:
-        """The largest share of true values that bands can be asked to contain."""
-        return float(LEVELS[-1])
 
     def around(
         self,

@@ -6,6 +6,7 @@ Every ONNX file has a checksum and those of files beside it (`surrogate.export.o
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +14,7 @@ from bem._support.text_files import read_json
 from bem._support.validation import whole_number
 from bem._support.wording import shortened, shown
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx_file import (
-    BESIDE,
-    ONNX_FORMAT,
-    ONNX_FORMAT_VERSION,
-    ONNX_NAME,
-    PRETRAINED_FORMAT,
-    read_sealed,
-    require_beside,
-)
+from surrogate.export import onnx_file
 from surrogate.prediction.bands import Bands
 from surrogate.prediction.files import BANDED, BANDED_FILES, WEIGHTS, existing, find_model, read_run
 from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
@@ -54,12 +47,12 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
     """
     for name in BANDED_FILES:
         existing(folder / name)
-    path = folder / ONNX_NAME
+    path = folder / onnx_file.ONNX_NAME
     remedy = f"get {folder} again (`git restore`, or another installation), or train it by `make pretrained`"
-    content, session, sums = read_sealed(path, threads, expected="a network of `make pretrained`", remedy=remedy)
-    require_beside(path, sums, remedy)
+    content, session, sums = _read_sealed(path, threads, "a network of `make pretrained`", remedy)
+    _require_beside(path, sums, remedy)
     try:
-        if missing := [name for key, name in BESIDE.items() if name in BANDED_FILES and key not in sums]:
+        if missing := [name for key, name in onnx_file.BESIDE.items() if name in BANDED_FILES and key not in sums]:
             raise ValueError(f"no sum of {', '.join(missing)}")
         scaling, run = Scaling.load(folder / "scaling.json"), read_json(folder / "run.json")
         network = OnnxNetwork(content, scaling, folder.name, threads, session)
@@ -83,7 +76,7 @@ def _network(place: Path, backend: str, threads: int) -> Network:
             raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
         return _exported(place, threads)[0]
     run, scaling = read_run(place)
-    path, found = place / ONNX_NAME, None
+    path, found = place / onnx_file.ONNX_NAME, None
     try:
         found, sums = _exported(path, threads) if path.is_file() else (None, {})
     except ValueError:
@@ -92,7 +85,7 @@ def _network(place: Path, backend: str, threads: int) -> Network:
             raise
     if found is not None:
         again = f"export it again with `surrogate export {shortened(found.name)}`"
-        require_beside(path, sums, again)
+        _require_beside(path, sums, again)
         if found.scaling != scaling:
             raise ValueError(
                 f"Expected the scaling that {path} was exported with; {again}, or restore scaling.json. "
@@ -103,28 +96,24 @@ def _network(place: Path, backend: str, threads: int) -> Network:
     if found is None:
         existing(place / WEIGHTS)
         raise FileNotFoundError(
-            f"Expected {ONNX_NAME} in {place}; write it with `surrogate export {place}`, or choose the backend keras. "
+            f"Expected {path.name} in {place}; write it with `surrogate export {place}`, or choose the backend keras. "
             "Received: no such file"
         )
     return found
 
 
 def _exported(path: Path, threads: int) -> tuple[OnnxNetwork, dict[str, str]]:
-    """Return an ONNX file of `surrogate export`, and its metadata.
-
-    Raises:
-        ValueError: the file is not of `surrogate export`, is of another version of it, or was altered since.
-    """
-    content, session, metadata = read_sealed(path, threads, expected=EXPORTED, remedy="export it again")
+    """Return an ONNX file of `surrogate export`, and its metadata."""
+    content, session, metadata = _read_sealed(path, threads, EXPORTED, "export it again")
     found, version = metadata.get("format"), metadata.get("format_version")
     words, cause = "", None
-    if found == PRETRAINED_FORMAT:
+    if found == onnx_file.PRETRAINED_FORMAT:
         name = shortened(metadata.get("name", ""))
         words = f"which holds the pretrained model {name} for other programs; load it by its name"
-    elif found != ONNX_FORMAT:
+    elif found != onnx_file.ONNX_FORMAT:
         words = "which is not one"
-    elif version != str(ONNX_FORMAT_VERSION):
-        words = f"which is of version {shortened(str(version))}, not {ONNX_FORMAT_VERSION}"
+    elif version != str(onnx_file.ONNX_FORMAT_VERSION):
+        words = f"which is of version {shortened(str(version))}, not {onnx_file.ONNX_FORMAT_VERSION}"
     else:
         try:
             scaling = Scaling.from_json(metadata["scaling"], source=path)
@@ -132,3 +121,30 @@ def _exported(path: Path, threads: int) -> tuple[OnnxNetwork, dict[str, str]]:
         except (KeyError, ValueError) as error:
             words, cause = "which another program wrote", error
     raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause
+
+
+def _read_sealed(path: Path, threads: int, expected: str, remedy: str) -> tuple[bytes, Any, dict[str, str]]:
+    """Return the content of a file with a checksum, its session and its metadata; messages have the words."""
+    if not path.is_file():
+        where = "is a directory" if path.is_dir() else "does not exist"
+        raise FileNotFoundError(f"Expected {expected}. Received: {path}, which {where}")
+    content = path.read_bytes()
+    if not onnx_file.is_intact(content):
+        words = f"which is not one, is damaged, or is of an earlier version; {remedy}"
+        raise ValueError(f"Expected {expected}. Received: {path}, {words}")
+    try:
+        session = onnx_file.session_of(content, threads)
+        return content, session, dict(session.get_modelmeta().custom_metadata_map)
+    # ONNX Runtime's exceptions share no base class of their own.
+    except Exception as error:
+        raise ValueError(f"Expected {expected}. Received: {path}, which ONNX Runtime cannot read") from error
+
+
+def _require_beside(path: Path, metadata: dict[str, str], remedy: str) -> None:
+    """Check the files beside an ONNX file against the sums in its metadata; a file that is missing is not checked."""
+    for key, beside in ((key, path.with_name(name)) for key, name in onnx_file.BESIDE.items() if key in metadata):
+        if beside.is_file() and onnx_file.sha256(beside) != metadata[key]:
+            raise ValueError(
+                f"Expected the {beside.name} that {path} was written with; restore it, or {remedy}. "
+                f"Received: {beside}, which is damaged or another file"
+            )

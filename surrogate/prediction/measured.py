@@ -23,9 +23,8 @@ from bem.dataset.measurement_steps import FMS
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from bem.scene import Scene
 from surrogate.data.features import edge_from_counts
-from surrogate.prediction.checks import check_history
 from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
-from surrogate.prediction.validity import SHAPE, ExtrapolationWarning, dwell_ends
+from surrogate.prediction.validity import SHAPE, ExtrapolationWarning, check_history, dwell_ends
 
 if TYPE_CHECKING:
     from surrogate.prediction.predictor import Surrogate
@@ -162,45 +161,42 @@ def predict_measured(
             f"its protocol may be given to any model. Received: {model.name}, which computes at steps of its own"
         )
     check_history(times[np.newaxis], indentations[np.newaxis])
+    fitted, unlike = None, ""
     try:
         fitted = fit_protocol(times, indentations, edge=edge, ends=float(default_start_indentation(scene.tabor)))
     except NotOneCycleError as error:
-        found = _predicted(model, times, indentations, scene, edge)
-        return HistoryPrediction(times, indentations, found, unlike=str(error))
+        unlike = str(error)
     (words,) = model.extrapolated(times, indentations, scene, edge)
-    learned = not any(one.partition(" = ")[0] in SHAPE for one in words)
-    if fitted.exact and fitted.corners[1] < fitted.corners[2] and learned:
-        return HistoryPrediction(times, indentations, _predicted(model, times, indentations, scene, edge))
-    # A dwell that is shorter than the interval between two points, or absent, is replaced by the shortest dwell of the
-    # training set, or by that interval if it is smaller. Without a dwell there would be fewer steps, on which the model
-    # was not trained.
-    point = min(int(np.searchsorted(times, fitted.corners[1], side="right")), len(times) - 1)
-    shortest = model.scaling.ranges.get("dwell_time", (0.0,))[0] or 1e-3
-    shortest = min(float(times[point] - times[point - 1]), shortest)
-    if fitted.summary()["dwell_time"] < shortest:
-        fitted = fitted.with_dwell(shortest)
-    steps, ends = np.arange(sum(FMS)), [0, *np.cumsum(FMS) - 1]
-    instants, depths = (np.interp(steps, ends, one) for one in (fitted.corners, fitted.levels))
-    trajectory = _predicted(model, instants, depths, scene, edge_from_counts(FMS, 1)[0])
-    return HistoryPrediction(times, indentations, trajectory, fitted)
-
-
-def _predicted(
-    model: Surrogate, times: np.ndarray, indentations: np.ndarray, scene: Scene, edge: np.ndarray | None
-) -> PredictedTrajectory:
-    (words,) = model.extrapolated(times, indentations, scene, edge)
+    if fitted is not None and fitted.exact and fitted.corners[1] < fitted.corners[2]:
+        learned = not any(one.partition(" = ")[0] in SHAPE for one in words)
+        fitted = None if learned else fitted
+    instants, depths, marks = times, indentations, edge
+    if fitted is not None:
+        # A dwell that is shorter than the interval between two points, or absent, is replaced by the shortest dwell of
+        # the training set, or by that interval if it is smaller. Without a dwell there would be fewer steps, on which
+        # the model was not trained.
+        point = min(int(np.searchsorted(times, fitted.corners[1], side="right")), len(times) - 1)
+        shortest = model.scaling.ranges.get("dwell_time", (0.0,))[0] or 1e-3
+        shortest = min(float(times[point] - times[point - 1]), shortest)
+        if fitted.summary()["dwell_time"] < shortest:
+            fitted = fitted.with_dwell(shortest)
+        steps, ends = np.arange(sum(FMS)), [0, *np.cumsum(FMS) - 1]
+        instants, depths = (np.interp(steps, ends, one) for one in (fitted.corners, fitted.levels))
+        marks = edge_from_counts(FMS, 1)[0]
+        (words,) = model.extrapolated(instants, depths, scene, marks)
     clock = time.perf_counter()
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
-        force = model.predict_history(times, indentations, scene, edge)
-    return predicted_trajectory(
-        times,
-        indentations,
+        force = model.predict_history(instants, depths, scene, marks)
+    trajectory = predicted_trajectory(
+        instants,
+        depths,
         force,
-        unloading_from=max(int(indentations.argmax()), dwell_ends(indentations, edge)[1]),
+        unloading_from=max(int(depths.argmax()), dwell_ends(depths, marks)[1]),
+        seconds=time.perf_counter() - clock,
         extrapolated=words,
         model=model.name,
-        seconds=time.perf_counter() - clock,
     )
+    return HistoryPrediction(times, indentations, trajectory, fitted, unlike)
 
 
 def fit_protocol(

@@ -23,7 +23,6 @@ from surrogate.prediction.files import existing
 
 if TYPE_CHECKING:
     import keras
-    import onnxruntime
 
 FILE_BATCH, KERAS_BATCH, NETWORK_BATCH = 256, 512, 128
 """Trajectories in a batch. Larger ones do not fit into the caches and are not faster."""
@@ -54,13 +53,11 @@ class Network:
                 memory.
         """
         given = [times, indentations, tabor, ratio, edge]
-        if len(times) <= self.batch:
-            return self._force(*given)
         parts = [
             self._force(*(None if one is None else one[at : at + self.batch] for one in given))
             for at in range(0, len(times), self.batch)
         ]
-        return np.concatenate(parts)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
         """Return the forces of one batch."""
@@ -90,14 +87,7 @@ class OnnxNetwork(Network):
     A pickled one carries the file, which another process may lack.
     """
 
-    def __init__(
-        self,
-        content: bytes,
-        scaling: Scaling,
-        name: str,
-        threads: int = 1,
-        session: onnxruntime.InferenceSession | None = None,
-    ) -> None:
+    def __init__(self, content: bytes, scaling: Scaling, name: str, threads: int = 1, session: Any = None) -> None:
         super().__init__(scaling, name)
         self._content, self.threads, self.session = content, threads, session or session_of(content, threads)
         self.complete = self.session.get_inputs()[0].name == "times"
@@ -120,7 +110,7 @@ class OnnxNetwork(Network):
         return self._run({name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()})
 
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
+        """See `Network.scaled`."""
         batch, steps, width = sequence.shape
         inputs = np.empty((steps, batch, width + 1), dtype=np.float32)
         inputs[..., :-1], inputs[..., -1] = sequence.transpose(1, 0, 2), tabor[:, 0]
@@ -147,7 +137,7 @@ class KerasNetwork(Network):
         self.model = model
 
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
+        """See `Network.scaled`."""
         return np.asarray(self.model.predict_on_batch([sequence, tabor]))[..., 0]
 
     def content(self) -> bytes:

@@ -158,32 +158,15 @@ class PredictedTrajectory(Trajectory):
 
 
 def predicted_trajectory(
-    times: np.ndarray,
-    indentations: np.ndarray,
-    force: np.ndarray,
-    *,
-    unloading_from: int,
-    extrapolated: tuple[str, ...],
-    model: str,
-    seconds: float,
-    modulus_ratio: float | None = None,
-    doubt: Doubt | None = None,
+    times: np.ndarray, indentations: np.ndarray, force: np.ndarray, *, unloading_from: int, seconds: float, **more: Any
 ) -> PredictedTrajectory:
     """Return the trajectory of one predicted history.
 
     Args:
-        times: Times of shape `(steps,)`.
-        indentations: Indentations of the same shape.
-        force: Forces of the same shape.
+        times, indentations, force: The history, each of shape `(steps,)`.
         unloading_from: Index of the first point of unloading.
-        extrapolated: The quantities outside the ranges of the training set, as text.
-        model: Name of the model.
         seconds: Wall-clock time of the prediction, in seconds.
-        modulus_ratio: Modulus ratio of the solid, of a model with bands.
-        doubt: What such a model says beside.
-
-    Returns:
-        The trajectory, with the interface of `bem.Trajectory`.
+        more: What `PredictedTrajectory` has beside `bem.Trajectory`, by name.
     """
     return PredictedTrajectory(
         time=times,
@@ -195,8 +178,5 @@ def predicted_trajectory(
         stats=Statistics(seconds=seconds),
         accuracy=float("nan"),
         unloading=np.arange(len(times)) >= unloading_from,
-        extrapolated=extrapolated,
-        model=model,
-        modulus_ratio=modulus_ratio,
-        doubt=doubt,
+        **more,
     )

@@ -26,19 +26,10 @@ from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
-from surrogate.prediction.checks import check_history, checked_edge, contacts
+from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork, Network
 from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
-from surrogate.prediction.validity import (
-    POINTS,
-    RANGE_TOLERANCE,
-    Excess,
-    ExtrapolationWarning,
-    excesses,
-    history_quantities,
-    of_history,
-    warn_of_extrapolation,
-)
+from surrogate.prediction.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
     import keras
@@ -61,12 +52,7 @@ class Surrogate:
     """
 
     def __init__(
-        self,
-        network: Network,
-        *,
-        steps: str = "uniform",
-        counts: tuple[int, int, int] = FMS,
-        bands: Bands | None = None,
+        self, network: Network, *, steps: str = "uniform", counts: tuple[int, ...] = FMS, bands: Bands | None = None
     ) -> None:
         self.network, self.steps, self.counts, self.bands = network, steps, counts, bands
 
@@ -107,25 +93,21 @@ class Surrogate:
         """Ranges of the training, and those of the points, if they are placed by the physics."""
         if self.steps == "uniform":
             return self.scaling.ranges
-        points = {name: (float(count), float(count)) for name, count in zip(POINTS, self.counts, strict=True)}
+        points = {name: (float(count), float(count)) for name, count in zip(validity.POINTS, self.counts, strict=True)}
         return {**self.scaling.ranges, **points, "step_ratio": (1.0, np.inf)}
 
     @overload
     def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> PredictedTrajectory: ...
     @overload
     def predict(
-        self, scene: Scene | Sequence[Scene], protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
+        self, scene: Scenes, protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
     ) -> list[PredictedTrajectory]: ...
     @overload
     def predict(
         self, scene: Sequence[Scene], protocol: LoadingProtocol, *, coverage: float = 0.9
     ) -> list[PredictedTrajectory]: ...
     def predict(
-        self,
-        scene: Scene | Sequence[Scene],
-        protocol: LoadingProtocol | Sequence[LoadingProtocol],
-        *,
-        coverage: float = 0.9,
+        self, scene: Scenes, protocol: LoadingProtocol | Sequence[LoadingProtocol], *, coverage: float = 0.9
     ) -> PredictedTrajectory | list[PredictedTrajectory]:
         """Predict what `bem.simulate` would compute, for one scene and protocol or for many.
 
@@ -166,34 +148,45 @@ class Surrogate:
             (mu, one.peak_indentation, one.loading_rate, one.dwell_time, one.unloading_rate, one.start(mu))
             for one, mu in zip(protocols, tabor.tolist(), strict=True)
         ]
-        quantities = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
-        quantities["modulus_ratio"] = ratio
-        outside = excesses(quantities, self.scaling.ranges)
+        grid = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
+        outside = validity.excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
         if self.bands is not None:
-            shortest = self.scaling.ranges["dwell_time"][0]
-            quantities["dwell_time"] = np.maximum(quantities["dwell_time"], shortest)
+            grid["dwell_time"] = np.maximum(grid["dwell_time"], self.scaling.ranges["dwell_time"][0])
         found: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
-        for still in (True, False):
-            rows = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
-            if rows.size:
-                counts = self.counts if still else (self.counts[0], 0, self.counts[2])
-                part = {name: values[rows] for name, values in quantities.items()}
-                words = [of_history(outside, row) for row in rows]
-                found |= zip(rows.tolist(), self._trajectories(part, counts, words, coverage, clock), strict=True)
+        for still, dwell in ((True, self.counts[1]), (False, 0)):
+            rows = np.flatnonzero((grid["dwell_time"] > 0.0) == still)
+            if not rows.size:
+                continue
+            counts = (self.counts[0], dwell, self.counts[2])
+            part, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
+            times, indentations = grid_of(self.steps, part, solids, counts)
+            validity.check_history(times, indentations)
+            force = self.network.force(times, indentations, tabor[rows], solids, edge_from_counts(counts, rows.size))
+            doubts: Sequence[Any] = [None] * rows.size
+            if self.bands is not None:
+                known = part | {"modulus_ratio": solids}
+                doubts = self.bands.around(times, indentations, force, self.scaling, known, counts, coverage)
+            seconds = (time.perf_counter() - clock) / rows.size
+            for row, *history, doubt in zip(rows.tolist(), times, indentations, force, doubts, strict=True):
+                found[row] = predicted_trajectory(
+                    *history,
+                    unloading_from=counts[0] + dwell - 1,
+                    seconds=seconds,
+                    extrapolated=validity.of_history(outside, row),
+                    model=self.name,
+                    modulus_ratio=None if doubt is None else float(ratio[row]),
+                    doubt=doubt,
+                )
         if outside:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
-            warn_of_extrapolation(self.name, outside, where)
+            validity.warn_of_extrapolation(self.name, outside, where)
         return found[0] if single else [found[index] for index in range(len(protocols))]
 
     def predict_history(
-        self,
-        times: ArrayLike,
-        indentations: ArrayLike,
-        scene: Scene | Sequence[Scene],
-        edge: ArrayLike | None = None,
+        self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
     ) -> np.ndarray:
         """Predict the force along indentation histories of one's own, at their own points.
 
@@ -217,16 +210,12 @@ class Surrogate:
             ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).
                 One warning names all such quantities, with the value farthest outside and the range.
         """
-        shape, given = self._checked(times, indentations, scene, edge)
-        warn_of_extrapolation(self.name, self._excesses(*given))
-        return self.network.force(*given).reshape(shape)
+        given, found = self._checked(times, indentations, scene, edge)
+        validity.warn_of_extrapolation(self.name, found)
+        return self.network.force(*given).reshape(np.shape(times))
 
     def extrapolated(
-        self,
-        times: ArrayLike,
-        indentations: ArrayLike,
-        scene: Scene | Sequence[Scene],
-        edge: ArrayLike | None = None,
+        self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
     ) -> list[tuple[str, ...]]:
         """Return the quantities of each history outside the ranges of the training set, as text.
 
@@ -235,9 +224,8 @@ class Surrogate:
         Returns:
             One tuple of texts per history, empty if all quantities are inside.
         """
-        _, given = self._checked(times, indentations, scene, edge)
-        found = self._excesses(*given)
-        return [of_history(found, index) for index in range(len(given[0]))]
+        given, found = self._checked(times, indentations, scene, edge)
+        return [validity.of_history(found, index) for index in range(len(given[0]))]
 
     def stream(self, scene: Scene) -> Stream:
         """Start the step-by-step prediction of one history, for control loops.
@@ -259,86 +247,43 @@ class Surrogate:
         from surrogate.prediction.stream import Stream
 
         tabor, ratio = self._contacts(scene, 1)
-        warn_of_extrapolation(self.name, excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges))
-        known = self.scaling.features in NEEDS_MATERIAL
-        points: dict[str, tuple[float, float]] = {}
+        outside = validity.excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges)
+        validity.warn_of_extrapolation(self.name, outside)
+        ranges = self._ranges
         if self.steps == "physical":
             # Compiled, so imported by the first such stream.
             from bem.dataset.physical_steps import BEFORE_CROSSING
 
             before = BEFORE_CROSSING * self.counts[2]
-            points = {"compression_points": (before - 1.5, before + 1.5)}
-        return Stream(
-            self.network.content(),
-            self.scaling,
-            tabor=float(tabor[0]),
-            modulus_ratio=float(ratio[0]) if known else None,
-            name=self.name,
-            ranges=self._ranges | points,
-        )
+            ranges = ranges | {"compression_points": (before - 1.5, before + 1.5)}
+        known = float(ratio[0]) if self.scaling.features in NEEDS_MATERIAL else None
+        given = (self.network.content(), self.scaling)
+        return Stream(*given, tabor=float(tabor[0]), modulus_ratio=known, name=self.name, ranges=ranges)
 
-    def _contacts(self, scene: Scene | Sequence[Scene], count: int) -> tuple[np.ndarray, np.ndarray]:
+    def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""
-        tabor, ratio = contacts(scene, count)
+        tabor, ratio = validity.contacts(scene, count)
         own = self.modulus_ratio
-        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > RANGE_TOLERANCE * own)).size:
+        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
             raise ValueError(
                 f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
                 f"know any standard linear solid. Received: modulus_ratio={float(ratio[other[0]])!r}"
             )
         return tabor, ratio
 
-    def _trajectories(
-        self,
-        quantities: dict[str, np.ndarray],
-        counts: tuple[int, int, int],
-        outside: list[tuple[str, ...]],
-        coverage: float,
-        clock: float,
-    ) -> list[PredictedTrajectory]:
-        """Return the trajectories of protocols that have the same number of points."""
-        grid = {name: values for name, values in quantities.items() if name != "modulus_ratio"}
-        ratio = quantities["modulus_ratio"]
-        times, indentations = grid_of(self.steps, grid, ratio, counts)
-        check_history(times, indentations)
-        force = self.network.force(
-            times, indentations, quantities["tabor"], ratio, edge_from_counts(counts, len(ratio))
-        )
-        doubts: Sequence[Any] = [None] * len(ratio)
-        if self.bands is not None:
-            doubts = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
-        seconds = (time.perf_counter() - clock) / len(ratio)
-        return [
-            predicted_trajectory(
-                times[row],
-                indentations[row],
-                force[row],
-                unloading_from=sum(counts[:2]) - 1,
-                extrapolated=words,
-                model=self.name,
-                seconds=seconds,
-                modulus_ratio=None if doubt is None else float(ratio[row]),
-                doubt=doubt,
-            )
-            for row, (words, doubt) in enumerate(zip(outside, doubts, strict=True))
-        ]
-
-    def _excesses(
-        self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, ratio: np.ndarray, edge: np.ndarray
-    ) -> list[Excess]:
-        quantities = {"tabor": tabor, "modulus_ratio": ratio, **history_quantities(times, indentations, edge)}
-        return excesses(quantities, self._ranges)
-
     def _checked(
-        self, times: ArrayLike, indentations: ArrayLike, scene: Scene | Sequence[Scene], edge: ArrayLike | None
-    ) -> tuple[tuple[int, ...], tuple[np.ndarray, ...]]:
-        """Return the shape of the histories, and the arguments of `Network.force`."""
+        self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None
+    ) -> tuple[tuple[np.ndarray, ...], list[validity.Excess]]:
+        """Return the arguments of `Network.force`, and what of them is outside the ranges."""
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         shape = times.shape
         if times.ndim == 1 and indentations.shape == shape:
             times, indentations = times[np.newaxis], indentations[np.newaxis]
-        check_history(times, indentations)
+        validity.check_history(times, indentations)
         # The time channel of the models starts at zero.
         times = times - times[:, :1]
-        marks = edge_from_indentations(indentations) if edge is None else checked_edge(edge, shape).reshape(times.shape)
-        return shape, (times, indentations, *self._contacts(scene, len(times)), marks)
+        marks = edge_from_indentations(indentations) if edge is None else validity.checked_edge(edge, shape)
+        marks = marks.reshape(times.shape)
+        tabor, ratio = self._contacts(scene, len(times))
+        quantities = {"tabor": tabor, "modulus_ratio": ratio, **validity.history_quantities(times, indentations, marks)}
+        return (times, indentations, tabor, ratio, marks), validity.excesses(quantities, self._ranges)

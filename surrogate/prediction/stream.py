@@ -3,7 +3,7 @@
 A stream runs one time step of the exported network in ONNX Runtime (`surrogate.export.step`) and keeps its states.
 `Stream.run` gives the same bits as the single steps of `Stream.step`. `Surrogate.predict_history` computes the same in
 another order of float32 operations; it agrees to within `AGREEMENT` of the history's force range, as
-`tests/surrogate/prediction/test_agreement.py` tests for the published M1-concat. A step takes some tens of microseconds
+`tests/surrogate/prediction/test_predictor.py` tests for the published M1-concat. A step takes some tens of microseconds
 (`make measure-stream-latency` measures it). Only causal networks can stream: M5 and `fast` need the
 whole history, and of `accurate` the causal ones run alone.
 
@@ -37,8 +37,7 @@ from surrogate.data.physics import Motion, advance
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_file import session_of
 from surrogate.export.step import FORCE, INPUT, NEXT, step_model
-from surrogate.prediction.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
-from surrogate.prediction.validity import warn_of_extrapolation
+from surrogate.prediction.validity import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, warn_of_extrapolation
 from surrogate.prediction.watch import Watch
 
 if TYPE_CHECKING:
@@ -92,6 +91,14 @@ class _StatefulSession:
             for name, values in ends.items():
                 bind(name, "cpu", 0, np.float32, values.shape, values.ctypes.data)
         return found
+
+
+def _number(name: str, value: Any) -> float:
+    """Return a number, or the one element of an array, as a float; NaN and infinity are allowed."""
+    number = real_array(name, value)
+    if number.size != 1:
+        raise ValueError(f"Expected one number as {name}. Received: shape {number.shape}")
+    return float(number.item())
 
 
 class Stream:
@@ -161,7 +168,7 @@ class Stream:
         """
         motion = self._motion
         if not (isinstance(time, float) and isinstance(indentation, float)):
-            time, indentation = real_number("time", time), real_number("indentation", indentation)
+            time, indentation = _number("time", time), _number("indentation", indentation)
         if not (math.isfinite(time) and abs(indentation) <= LARGEST_INDENTATION):
             raise ValueError(
                 f"Expected a finite time, and an indentation within +-{LARGEST_INDENTATION:g}. "

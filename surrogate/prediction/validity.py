@@ -1,4 +1,4 @@
-"""Range of validity: the quantities of a history that are outside the range of the training set.
+"""What a trained model may be asked: inputs that it refuses, and quantities outside the ranges of its training.
 
 The ranges of the protocol quantities are those of the training set. The other ranges describe what all training
 histories have in common: they start and end at -pi^(2/3) mu, and consist of a straight ramp, a dwell and a straight
@@ -11,25 +11,36 @@ resolutions that the paper compares (its appendix "FMS-resolution transferabilit
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.validation import real_array
+from bem._support.wording import shown
 from bem.dataset.measurement_steps import proportional_counts
-from bem.protocol import default_start_indentation
+from bem.materials import Elastic, StandardLinearSolid
+from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE, default_start_indentation
+from bem.scene import Scene
+from bem.tractions import LennardJones
 from surrogate.data.features import plateau
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+LONGEST_HISTORY = LONGEST_DWELL + 4.0 * LARGEST_INDENTATION / SMALLEST_RATE
+"""Duration of the slowest protocol, in retardation times."""
+
+SHORTEST_STEP = 1e-24
+"""Smallest time step: far below that of any allowed motion, and far above that at which a division overflows."""
 
 RANGE_TOLERANCE = 1e-6
 """Relative tolerance of all bounds, for rates that are computed from rounded times."""
 
-FEWEST, MOST = (proportional_counts(total) for total in (100, 140))
-POINTS = {
-    f"{phase}_points": bounds
-    for phase, bounds in zip(("loading", "dwell", "unloading"), zip(FEWEST, MOST, strict=True), strict=True)
-}
+_PHASES = ("loading_points", "dwell_points", "unloading_points")
+POINTS = dict(zip(_PHASES, zip(*(proportional_counts(total) for total in (100, 140)), strict=True), strict=True))
 """Smallest and largest number of points in each phase."""
 SHAPE = (*POINTS, "bend", "step_ratio")
 """Quantities that tell whether a history has points like those of the training."""
@@ -43,47 +54,128 @@ BEND_TOLERANCE = 0.005
 LARGEST_STEP_RATIO = 1.5
 """Largest ratio of the longest to the shortest time step within a phase."""
 
-PROTOCOL = "compare with the solver before you trust a protocol the model has not seen (`surrogate predict --check`)"
-ENDS = "begin and end the history at -pi^(2/3) tabor, as all of the training do"
-STEPS = (
-    "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading, to which "
-    "`surrogate predict --in` and `surrogate.prediction.measured.predict_measured` resample a measured history; `fast` "
-    "and `accurate` count those of `bem.dataset.physical_steps.physical_grid`"
-)
-BEND = "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path"
-EDGE = "set edge=True at the first and at the last point of the dwell, and nowhere else"
-CYCLES = "start every cycle with a new stream or `reset`"
 ADVICE = {
-    **dict.fromkeys(("start_indentation", "end_indentation"), ENDS),
-    **dict.fromkeys((*POINTS, "step_ratio", "compression_points"), STEPS),
-    "bend": BEND,
-    "edge_marks": EDGE,
-    "cycles": CYCLES,
+    **dict.fromkeys(
+        ("start_indentation", "end_indentation"),
+        "begin and end the history at -pi^(2/3) tabor, as all of the training do",
+    ),
+    **dict.fromkeys(
+        (*POINTS, "step_ratio", "compression_points"),
+        "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading, to "
+        "which `surrogate predict --in` and `surrogate.prediction.measured.predict_measured` resample a measured "
+        "history; `fast` and `accurate` count those of `bem.dataset.physical_steps.physical_grid`",
+    ),
+    "bend": "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path",
+    "edge_marks": "set edge=True at the first and at the last point of the dwell, and nowhere else",
+    "cycles": "start every cycle with a new stream or `reset`",
 }
-"""Advice by the name of the quantity outside its range; `PROTOCOL` holds for the quantities that are not listed."""
+"""Advice by the name of the quantity outside its range; `OTHERWISE` holds for the quantities that are not listed."""
+OTHERWISE = "compare with the solver before you trust a protocol the model has not seen (`surrogate predict --check`)"
+
+
+Scenes = Scene | Sequence[Scene]
+"""One scene, or one for each history."""
 
 
 class ExtrapolationWarning(UserWarning):
     """A prediction is outside the ranges of the training set."""
 
 
+def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return Tabor parameters and modulus ratios of shape `(count,)`, from one scene per history or one for all.
+
+    Raises:
+        ValueError: a scene is none, their number does not fit, or one is not of the kind that the models learned:
+            Lennard-Jones adhesion, a standard linear solid or an elastic one, and no spring.
+    """
+    scenes = list(scene) if isinstance(scene, Iterable) else [scene]
+    if len(scenes) not in (1, count):
+        raise ValueError(f"Expected one scene, or one for each of {count} histories. Received: {len(scenes)}")
+    values = np.empty((2, count))
+    values[:] = np.transpose([_contact(one, f" as scene {at}" * (len(scenes) > 1)) for at, one in enumerate(scenes)])
+    return values[0], values[1]
+
+
+def _contact(scene: Any, where: str) -> tuple[float, float]:
+    if not isinstance(scene, Scene):
+        raise ValueError(f"Expected a bem.Scene. Received: {shown(scene)}{where}")
+    if not isinstance(scene.adhesion, LennardJones) or scene.spring is not None or scene.indenter is not None:
+        other = "a spring" if scene.spring is not None else shown(scene.indenter or scene.adhesion)
+        raise ValueError(
+            "Expected Lennard-Jones adhesion, a paraboloid and no spring, as in the training. "
+            f"Received: {other}{where}; the solver knows it (`bem.simulate`)"
+        )
+    if not isinstance(scene.material, StandardLinearSolid | Elastic):
+        raise ValueError(
+            f"Expected a standard linear solid, as in the training. Received: {shown(scene.material)}{where}; the "
+            "solver knows it (`bem.simulate`)"
+        )
+    return scene.tabor, scene.material.modulus_ratio
+
+
+def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
+    """Check times and indentations of shape `(batch, steps)`.
+
+    Raises:
+        ValueError: the shapes differ, a value is NaN or infinite, times do not increase strictly, or a value is outside
+            the bounds of `bem.protocol`.
+    """
+    if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
+        raise ValueError(
+            "Expected times and indentations of the same shape (batch, steps). "
+            f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
+        )
+    with np.errstate(all="ignore"):
+        # Models use the time since the first point; by rounding, two late times may have the same one.
+        since = times - times[:, :1]
+        steps, rises = since[:, 1:] - since[:, :-1], indentations[:, 1:] - indentations[:, :-1]
+        sound = ((steps >= SHORTEST_STEP) & (np.abs(rises) <= LARGEST_RATE * steps)).all(axis=1)
+        sound &= (np.abs(indentations) <= LARGEST_INDENTATION).all(axis=1) & (since[:, -1] <= LONGEST_HISTORY)
+    if sound.all():
+        return
+    row = int(sound.argmin())
+    time, place = times[row], f" in history {row}" if len(times) > 1 else ""
+    for name, values in (("times", time), ("indentations", indentations[row])):
+        if not np.isfinite(values).all():
+            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{place}")
+    for step in np.flatnonzero(steps[row] <= 0.0)[:1]:
+        found = f"{float(time[step + 1])!r} after {float(time[step])!r}"
+        raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
+    for name, values, low, high in (
+        ("indentations", indentations[row], -LARGEST_INDENTATION, LARGEST_INDENTATION),
+        ("times after the first", since[row], 0.0, LONGEST_HISTORY),
+        ("time steps", steps[row], SHORTEST_STEP, LONGEST_HISTORY),
+        ("rates", rises[row] / steps[row], -LARGEST_RATE, LARGEST_RATE),
+    ):
+        for value in values[(values < low) | (values > high)][:1].tolist():
+            raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{place}")
+
+
+def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """Return edge marks of shape `shape` as float64.
+
+    Raises:
+        ValueError: the shape is another one, or a mark is neither zero nor one.
+    """
+    edge = real_array("edge", edge)
+    if edge.shape != shape:
+        raise ValueError(f"Expected edge marks of shape {shape}. Received: shape {edge.shape}")
+    bad = edge[~((edge == 0.0) | (edge == 1.0))]
+    if bad.size:
+        raise ValueError(f"Expected edge marks of zero or one. Received: {bad[0]:g}")
+    return edge
+
+
 @dataclass(frozen=True)
 class Excess:
-    """A quantity that is outside its range in at least one history.
-
-    Args:
-        name: Name of the quantity.
-        values: Its values, shape `(batch,)`.
-        low: Lower bounds, shape `(batch,)`.
-        high: Upper bounds, shape `(batch,)`.
-        beyond: Distance of each value from its range, shape `(batch,)`; zero inside the range, and for NaN.
-    """
+    """A quantity that is outside its range in at least one history; all arrays are of shape `(batch,)`."""
 
     name: str
     values: np.ndarray
     low: np.ndarray
     high: np.ndarray
     beyond: np.ndarray
+    """Distance of each value from its range; zero inside the range, and for NaN."""
 
     def words(self, index: int) -> str:
         """Return name, value and range for the history `index` as text."""
@@ -119,22 +211,15 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
-def bounds_of(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:
+def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
-    ends = {}
+    found = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
+    found |= {"edge_marks": (2.0, 2.0), "cycles": (1.0, 1.0)}
     if tabor is not None:
         start = default_start_indentation(tabor)
         near = (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start
-        ends = {"start_indentation": near, "end_indentation": near}
-    return {
-        **POINTS,
-        "bend": (0.0, BEND_TOLERANCE),
-        "step_ratio": (1.0, LARGEST_STEP_RATIO),
-        "edge_marks": (2.0, 2.0),
-        "cycles": (1.0, 1.0),
-        **ends,
-        **ranges,
-    }
+        found |= {"start_indentation": near, "end_indentation": near}
+    return found | ranges
 
 
 def warn_of_extrapolation(name: str, found: list[Excess], where: str = "") -> None:
@@ -153,7 +238,7 @@ def warn_of_extrapolation(name: str, found: list[Excess], where: str = "") -> No
 
 def advice(words: Iterable[str]) -> str:
     """Return the advice on the texts of `Excess.words`, without repetition."""
-    return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], PROTOCOL) for quantity in words))
+    return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], OTHERWISE) for quantity in words))
 
 
 def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
@@ -173,9 +258,6 @@ def history_quantities(
         indentations: Indentations of the same shape.
         edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known. By
             default, and for a history without one or two marks, the dwell is the longest run of constant indentation.
-
-    Returns:
-        Arrays of shape `(batch,)` by the name of the quantity.
     """
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
@@ -183,14 +265,9 @@ def history_quantities(
 
 
 def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:
-    """Return the indices of the first and the last point of the dwell; without a dwell, twice that of the peak.
+    """Return the indices of the first and the last point of the dwell of one history, shape `(steps,)`.
 
-    Args:
-        indentation: Indentations of one history, shape `(steps,)`.
-        edge: Marks of the same shape, as for `history_quantities`.
-
-    Returns:
-        The two indices.
+    Without a dwell, both are that of the peak; `edge` are marks as for `history_quantities`.
     """
     if edge is not None and 1 <= np.count_nonzero(edge) <= 2:
         marks = np.flatnonzero(edge)
@@ -203,16 +280,20 @@ def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None)
     onset, end = dwell_ends(indentation, edge)
     last = len(time) - 1
     corners = sorted({0, onset, end, last})
-    travel = np.ptp(indentation)
+    travel, steps = np.ptp(indentation), np.diff(time)
     straight = np.interp(time, time[corners], indentation[corners])
-    steps = np.diff(time)
-    phases = (steps[begin:stop] for begin, stop in pairwise(corners))
-    ratios = [float(phase.max() / phase.min()) for phase in phases]
+    ratios = [float(steps[begin:stop].max() / steps[begin:stop].min()) for begin, stop in pairwise(corners)]
+
+    def slope(begin: int, end: int) -> float:
+        if end <= begin:
+            return np.nan
+        return float((indentation[end] - indentation[begin]) / (time[end] - time[begin]))
+
     return {
         "peak_indentation": float(indentation.max()),
-        "loading_rate": _slope(time, indentation, 0, onset),
+        "loading_rate": slope(0, onset),
         "dwell_time": float(time[end] - time[onset]),
-        "unloading_rate": -_slope(time, indentation, end, last),
+        "unloading_rate": -slope(end, last),
         "start_indentation": float(indentation[0]),
         "end_indentation": float(indentation[last]),
         "loading_points": onset + 1.0,
@@ -222,7 +303,3 @@ def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None)
         "bend": float(np.abs(indentation - straight).max() / travel) if travel else 0.0,
         "step_ratio": max(ratios, default=1.0),
     }
-
-
-def _slope(time: np.ndarray, indentation: np.ndarray, begin: int, end: int) -> float:
-    return float((indentation[end] - indentation[begin]) / (time[end] - time[begin])) if end > begin else np.nan

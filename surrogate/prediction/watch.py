@@ -36,14 +36,8 @@ class Watch:
             only: so many points of the unloading come before the force without adhesion vanishes.
     """
 
-    __slots__ = (
-        *("ranges", "equal", "tabor", "bounds", "phase", "start", "level", "points", "path", "latest", "last"),
-        *("lowest", "shortest", "longest", "pressed", "_named", "_found"),
-    )
-
     def __init__(self, tabor: float, ranges: dict[str, tuple[float, float]]) -> None:
-        self.ranges, self.equal = ranges, "compression_points" not in ranges
-        self.tabor, self.bounds = np.array([tabor]), bounds_of(ranges, tabor)
+        self.bounds, self.equal = bounds_of(ranges, tabor), "compression_points" not in ranges
         self.reset()
 
     def reset(self) -> None:
@@ -86,8 +80,7 @@ class Watch:
         if not self._found:
             return []
         self._named.update(self._found)
-        values = {name: np.array([value]) for name, value in self._found.items()}
-        return [one for one in excesses({"tabor": self.tabor, **values}, self.ranges) if one.name in self._found]
+        return excesses({name: np.array([value]) for name, value in self._found.items()}, self.bounds)
 
     def _turn(self, indentation: float) -> None:
         """End a phase of which no mark said so, and name a second cycle."""

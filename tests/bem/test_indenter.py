@@ -13,7 +13,7 @@ from bem.cli.app import app
 from bem.dataset.cases import described, restored
 from bem.indenter import depth_factor, tension_without_deformation
 from bem.reference_solutions import hertz, jkr
-from surrogate.prediction.checks import contacts
+from surrogate.prediction.validity import contacts
 from tests.processes import succeeded
 
 CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0)

@@ -137,7 +137,13 @@ build_lstm = builder(lambda layers: layers.LSTM(4, return_sequences=True, name="
 
 
 @pytest.fixture(scope="session")
-def stirred(dataset, grid):
+def six(dataset, grid):
+    """Six histories and their scenes."""
+    return *(part[:6] for part in grid), scenes(dataset.protocols["tabor"][:6])
+
+
+@pytest.fixture(scope="session")
+def stirred(dataset, six):
     """Make an untrained model whose weights all differ from their initial values, once.
 
     Returns:
@@ -156,9 +162,7 @@ def stirred(dataset, grid):
             rng = np.random.default_rng(3)
             model.set_weights([weight + 0.05 * rng.standard_normal(weight.shape) for weight in model.get_weights()])
             backend = KerasNetwork(model, scaling_of(dataset, features), name=name)
-            times, indentations = (part[:6] for part in grid)
-            force = Surrogate(backend).predict_history(times, indentations, scenes(dataset.protocols["tabor"][:6]))
-            made[name, features] = backend, backend.scaling.scale_force(force)
+            made[name, features] = backend, backend.scaling.scale_force(Surrogate(backend).predict_history(*six))
         return made[name, features]
 
     return make

@@ -1,80 +1,139 @@
-"""`surrogate predict` from its options and files to what it prints, writes and refuses to leave behind."""
+"""`surrogate predict` from its options and files to what it prints, draws and writes, beside the solver too."""
 
 import csv
 import dataclasses
 import errno
 import json
 import warnings
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import surrogate
-from bem import LoadingProtocol
+from bem import LoadingProtocol, PiecewiseLinearProtocol, simulate
+from bem.plots import COLOURS
+from surrogate import ExtrapolationWarning
+from surrogate.cli.comparison import plot_predictions, solver_errors
+from surrogate.prediction.files import PUBLISHED_BANDED
+from surrogate.prediction.predicted import INTERVALS, predicted_trajectory
 from surrogate.prediction.predictor import Surrogate
 from tests.surrogate.conftest import scenes
-from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL, SCENE, refused
+from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
+
+pretrained = pytest.mark.skipif(not (PUBLISHED_BANDED / "fast").is_dir(), reason="`make pretrained` writes the models")
+LOADING = LoadingProtocol(**PROTOCOL)
+ONE = ("--tabor", 1.0, *FLAGS)
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def test_a_protocol_of_options(command, published):
-    code, out, err = command("predict", "M1-concat", "--tabor", 1.0, *FLAGS)
+    code, out, err = command("predict", "M1-concat", *ONE)
     assert (code, err) == (0, "")
-    expected = surrogate.load("M1-concat", published).predict(SCENE, LoadingProtocol(**PROTOCOL))
+    expected = surrogate.load("M1-concat", published).predict(SCENE, LOADING)
     assert f"pull-off force {expected.pull_off_force:.5g} at time {expected.pull_off_time:.5g}" in out
 
 
+@pretrained
+@pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
+def test_force_interval_and_band_are_those_of_python(program, words, ratio):
+    code, out, err = program("predict", "fast", *ONE, *words)
+    assert (code, err) == (0, "")
+    found = surrogate.load("fast").predict(scenes([1.0], ratio)[0], LOADING)
+    low, high = found.pull_off_interval
+    assert f"pull-off force {found.pull_off_force:.5g} (90 % interval {low:.5g} to {high:.5g}) at time" in out
+    assert f"modulus ratio {ratio}\n" in out
+    largest = 0.5 * (found.force_upper - found.force_lower).max()
+    assert f"median, {largest:.3g} at most; --out and --json give it" in out
+
+
 def test_files_in_and_out(command, published, tmp_path):
-    rows = [PROTOCOL | {"tabor": 1.0}, PROTOCOL | {"tabor": 2.0, "dwell_time": 0.1}]
-    (tmp_path / "in.json").write_text(json.dumps(rows))
-    with (tmp_path / "in.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    given = [PROTOCOL | {"tabor": 1.0}, PROTOCOL | {"tabor": 2.0, "dwell_time": 0.1}]
+    (tmp_path / "in.json").write_text(json.dumps(given))
+    lines = [given[0], *(one.values() for one in given)]
+    (tmp_path / "in.csv").write_text("".join(",".join(map(str, line)) + "\n" for line in lines))
     for kind in ("csv", "json"):
         words = ["--in", tmp_path / f"in.{kind}", "--out", tmp_path / f"out.{kind}", "--plot", tmp_path / f"{kind}.png"]
         code, out, _ = command("predict", "M1-concat", *words, "--steps")
         assert (code, out) == (0, f"2 trajectories are predicted; {tmp_path / f'out.{kind}'} holds them\n")
         assert (tmp_path / f"{kind}.png").stat().st_size > 10_000
-    found = json.loads((tmp_path / "out.json").read_text())
     expected = surrogate.load("M1-concat", published).predict(
-        scenes([1.0, 2.0]), [LoadingProtocol(**{key: row[key] for key in PROTOCOL}) for row in rows]
+        scenes([1.0, 2.0]), [LoadingProtocol(**{key: row[key] for key in PROTOCOL}) for row in given]
     )
-    for one, two in zip(found, expected, strict=True):
-        assert one["force"] == two.force.tolist()
-        assert one["hysteresis"] == two.hysteresis
-        assert one["extrapolated"] == []
+    for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
+        assert (one["force"], one["hysteresis"], one["extrapolated"]) == (two.force.tolist(), two.hysteresis, [])
     table = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(table[120:, 3], expected[1].force, rtol=1e-9)
     assert (tmp_path / "out.csv").read_text().startswith("trajectory,time,indentation,force\n")
 
     # A history predicts as its protocol does.
-    points = zip(expected[0].time.tolist(), expected[0].indentation.tolist(), strict=True)
-    history = "\n".join(f"{time!r},{depth!r}" for time, depth in points)
-    (tmp_path / "history.csv").write_text(f"time,indentation\n{history}\n")
+    points = np.stack([expected[0].time, expected[0].indentation], axis=1)
+    np.savetxt(tmp_path / "history.csv", points, "%.17g", delimiter=",", header="time,indentation", comments="")
     code, out, err = command("predict", "M1-concat", "--in", tmp_path / "history.csv", "--tabor", 1.0, "--json")
     assert (code, err) == (0, "")
     (found,) = json.loads(out)
     assert found["pull_off_force"] == pytest.approx(expected[0].pull_off_force, rel=1e-5)
 
 
-def test_check_reports_the_solver_s_answer(command, tmp_path):
-    words = ["--tabor", 1.0, *FLAGS, "--check", "--out", tmp_path / "out.json", "--plot", tmp_path / "both.svg"]
-    code, out, _ = command("predict", "M1-concat", *words)
-    assert code == 0
-    assert "against the solver: pull-off force off by" in out
-    (found,) = json.loads((tmp_path / "out.json").read_text())
-    assert found["check"]["pull_off_percent"] > 0.0
-    assert 0.0 < found["check"]["force_rms"] < 2.0
-    assert "stroke-dasharray" in (tmp_path / "both.svg").read_text()  # the solver's curve
+@pretrained
+def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
+    given = [PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1}, PROTOCOL | {"tabor": 2.0, "modulus_ratio": 0.7}]
+    (tmp_path / "in.json").write_text(json.dumps(given))
+    for kind in ("csv", "json"):
+        words = ["--in", tmp_path / "in.json", "--coverage", 0.5, "--out", tmp_path / f"out.{kind}"]
+        assert program("predict", "fast", *words, "--steps", "--plot", tmp_path / "p.png")[0] == 0
+    expected = surrogate.load("fast").predict(scenes([1.0, 2.0], [0.1, 0.7]), LOADING, coverage=0.5)
+    for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
+        assert one["pull_off_interval"] == list(two.pull_off_interval)
+        assert (one["modulus_ratio"], one["coverage"]) == (two.modulus_ratio, 0.5)
+        assert (one["force_lower"], one["force_upper"]) == (two.force_lower.tolist(), two.force_upper.tolist())
+    for name in ("force", "force_lower", "force_upper"):
+        wanted = np.concatenate([getattr(one, name) for one in expected])
+        np.testing.assert_array_equal([float(row[name]) for row in rows(tmp_path / "out.csv")], wanted)
+
+
+@pretrained
+def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
+    ratios = [0.005, 0.1, 0.004, 0.7]
+    (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
+    words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
+    code, out, err = program("predict", "fast", *words, "--check")
+    assert (code, out.count("\n"), err.count("\n")) == (0, 1, 1)
+    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio = 0.005" in err
+    table = rows(tmp_path / "table.csv")
+    assert [float(row["modulus_ratio"]) for row in table] == ratios
+    assert [bool(row["extrapolated"]) for row in table] == [True, False, True, False]
+    for row, one in zip(table[1::2], surrogate.load("fast").predict(scenes(1.0, [0.1, 0.7]), LOADING), strict=True):
+        assert float(row["pull_off_force"]) == pytest.approx(one.pull_off_force, rel=1e-6)
+        for name in INTERVALS:
+            ends = [float(row[name.replace("interval", end)]) for end in ("lower", "upper")]
+            assert ends == pytest.approx(getattr(one, name), rel=1e-6)
+        assert float(row["check_pull_off_percent"]) < 20.0
+    assert table[0]["pull_off_lower"] == table[0]["hysteresis_upper"] == ""
 
 
 def test_extrapolation_warns_once_per_trajectory(command):
     code, out, err = command("predict", "M1-concat", "--tabor", 30.0, *FLAGS)
-    assert code == 0
+    assert (code, err.count("\n")) == (0, 1)
     assert "trajectory 0: pull-off" in out
-    assert err.count("\n") == 1
     assert "extrapolates: tabor = 30 lies outside [" in err
     assert "; compare with the solver before you trust" in err
+
+
+@pretrained
+def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
+    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.005, "--out", tmp_path / "out.csv")
+    assert (code, err.count("\n")) == (0, 1)
+    assert "trajectory 0 extrapolates: modulus_ratio = 0.005 lies outside [0.01, 1]" in err
+    assert "interval" not in out
+    assert "no band: outside the ranges that accurate was trained on" in out
+    assert not [one for one in recwarn if issubclass(one.category, ExtrapolationWarning)]
+    assert {(row["force_lower"], row["force_upper"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
 
 
 def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tmp_path, monkeypatch):
@@ -95,9 +154,25 @@ def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tm
     assert not any("library" in words for words in found["extrapolated"])
 
 
-def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
-    from bem import simulate
+def test_check_reports_the_solver_s_answer(command, tmp_path):
+    words = [*ONE, "--check", "--out", tmp_path / "out.json", "--plot", tmp_path / "both.svg"]
+    code, out, _ = command("predict", "M1-concat", *words)
+    assert code == 0
+    assert "against the solver: pull-off force off by" in out
+    (found,) = json.loads((tmp_path / "out.json").read_text())
+    assert found["check"]["pull_off_percent"] > 0.0
+    assert 0.0 < found["check"]["force_rms"] < 2.0
+    assert "stroke-dasharray" in (tmp_path / "both.svg").read_text()  # the solver's curve
 
+
+@pretrained
+def test_the_check_is_of_the_same_solid(program):
+    (found,) = json.loads(program("predict", "fast", *ONE, "--modulus-ratio", 0.3, "--check", "--json")[1])
+    assert found["check"]["modulus_ratio"] == found["check"]["model_modulus_ratio"] == 0.3
+    assert found["check"]["pull_off_percent"] < 5.0
+
+
+def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
     def stopped(scene, protocol):
         whole = simulate(scene, protocol, "draft")
         names = ("time", "indentation", "force", "contact_radius", "unloading")
@@ -106,18 +181,17 @@ def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
 
     monkeypatch.setattr("bem.simulate", stopped)
     for kind in ("csv", "json"):
-        words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check", "--out", tmp_path / f"out.{kind}"]
-        code, out, _ = command(*words)
+        code, out, _ = command("predict", "M1-concat", *ONE, "--check", "--out", tmp_path / f"out.{kind}")
         assert code == 0
         assert "it did not finish: it stopped half-way" in out
         assert "nan" not in out
     (found,) = json.loads((tmp_path / "out.json").read_text())
     assert found["check"]["solver_status"] == "it stopped half-way"
     assert found["check"]["hysteresis_percent"] is None
-    rows = (tmp_path / "out.csv").read_text().splitlines()
-    assert rows[0] == "trajectory,time,indentation,force,solver_force"
-    assert float(rows[1].split(",")[-1]) == found["solver_force"][0]
-    assert rows[-1].endswith(",")
+    lines = (tmp_path / "out.csv").read_text().splitlines()
+    assert lines[0] == "trajectory,time,indentation,force,solver_force"
+    assert float(lines[1].split(",")[-1]) == found["solver_force"][0]
+    assert lines[-1].endswith(",")
     assert command("predict", "M1-concat", "--in", tmp_path / "out.csv", "--tabor", 1.0)[0] == 0
 
 
@@ -129,5 +203,61 @@ def test_a_full_disk_leaves_neither_of_two_files(command, tmp_path, monkeypatch)
     monkeypatch.setattr("surrogate.cli.comparison.plot_predictions", fail)
     (tmp_path / "out.json").write_text("before")
     places = ["--out", tmp_path / "out.json", "--plot", tmp_path / "p.png"]
-    error = refused(command, ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, *places], folder=tmp_path)
+    error = refused(command, ["predict", "M1-concat", *ONE, *places], folder=tmp_path)
     assert f"{tmp_path / 'p.png'} (No space left on device)" in error
+
+
+def test_of_several_cycles_the_last_unloading_is_compared():
+    # The first is pulled off faster, and so holds on more strongly; the second goes deeper.
+    instants, depths = np.array([0.0, 1.0, 1.1, 2.1, 12.1]), np.array([-3.0, 5.0, -3.0, 6.0, -3.0])
+    simulated = simulate(SCENE, PiecewiseLinearProtocol(instants, depths), "draft")
+    times = np.unique(np.concatenate([instants, np.linspace(0.0, 12.1, 2000)]))
+    history = times, np.interp(times, instants, depths), simulated.at(times)
+    predicted = predicted_trajectory(*history, unloading_from=int(np.searchsorted(times, 2.1)), seconds=0.0)
+    assert simulated.pull_off_force > 1.5 * predicted.pull_off_force
+    assert solver_errors(predicted, simulated)["pull_off_percent"] < 1.0
+    status, *errors = solver_errors(predicted, dataclasses.replace(simulated, status="stopped")).values()
+    assert status == "stopped"
+    assert np.isnan(errors).all()
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that are saved."""
+    figures = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, *_, **__: figures.append(self))
+    return figures
+
+
+def test_the_solver_is_told_from_the_predictions_where_they_agree(drawn):
+    time = np.linspace(0.0, 1.0, 5)
+    curve = {"time": time, "corners": time[[0, -1]], "indentation": time, "force": time, "force_lower": None}
+    curves = [SimpleNamespace(**curve, model="M1-concat") for _ in range(3)]
+    plot_predictions(Path("a.png"), curves, curves)
+    for axes in drawn[0].axes:
+        predicted, solver = axes.lines[1::2], axes.lines[2::2]
+        assert len(solver) == len(predicted) == len({line.get_color() for line in predicted}) == 3
+        assert {line.get_color() for line in solver} == {COLOURS["solver"]}
+        assert predicted[0].get_color() == COLOURS["M1"]
+        assert {line.get_linestyle() for line in solver} == {"--"}
+        assert solver[0].get_linewidth() < predicted[0].get_linewidth()
+
+
+def test_each_phase_has_the_width_that_the_solver_gives_it(drawn):
+    # A pull-off a thousand times as slow as the loading.
+    ramp = {"peak_indentation": 5.0, "loading_rate": 10.0, "dwell_time": 1.0}
+    simulated = [simulate(SCENE, LoadingProtocol(**ramp, unloading_rate=rate), "draft") for rate in (0.01, 0.02)]
+    kept = {"unloading_from": 0, "model": "fast", "seconds": 0.0}
+    predicted = [predicted_trajectory(one.time, one.indentation, one.force, **kept) for one in simulated]
+    plot_predictions(Path("a.png"), predicted[:1], simulated[:1])
+    plot_predictions(Path("b.png"), predicted, simulated)
+    one, several = (figure.axes[0] for figure in drawn)
+    expected = simulated[0].plot().axes[0]
+    ticks, wanted = ([(*text.get_position(), text.get_text()) for text in a.get_xticklabels()] for a in (one, expected))
+    assert (ticks, one.get_xlabel()) == (wanted, expected.get_xlabel())
+    for line in one.lines[1:3]:
+        assert line.get_xdata()[[0, -1]].tolist() == [0.0, 1.0]
+        assert np.interp(simulated[0].corners[1], simulated[0].time, line.get_xdata()) > 0.1
+    # Protocols of different phases share plain time.
+    assert several.lines[1].get_xdata().tolist() == simulated[0].time.tolist()
+    assert "scale" not in several.get_xlabel()

@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL, refused
+from surrogate.prediction.files import PUBLISHED_BANDED
+from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, refused
 
 HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
 
@@ -114,12 +115,15 @@ def test_the_files_it_writes_are_read_back(command, written, tmp_path):
     assert json.loads(out)[0]["pull_off_force"] == pytest.approx(first["pull_off_force"], rel=1e-12)
 
 
-def test_other_mistakes(command, tmp_path, published):
+def test_other_mistakes(command, program, tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x80")
     (tmp_path / "good.csv").write_text(HEADER + "1,20,10,1,10\n")
     (tmp_path / "history.csv").write_text("time,indentation\n0,1\n1,2\n")
+    (tmp_path / "path.csv").write_text("time,indentation\n0,-2\n1,5\n2,5\n3,-2\n")
+    (tmp_path / "solids.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.3}]))
     (tmp_path / "foreign.onnx").write_text("not a graph")
     whole = ["M1-concat", "--tabor", 1.0, *FLAGS]
+    solids = ["--in", tmp_path / "solids.json"]
     for words, expected in (
         (["M1-concat", "--in", tmp_path / "binary.csv"], "text in UTF-8"),
         (["M1-concat", "--in", tmp_path / "absent.csv"], "which does not exist"),
@@ -135,8 +139,20 @@ def test_other_mistakes(command, tmp_path, published):
         ([*whole, "--plot", tmp_path / "p.bmp"], "called .png or"),
         ([*whole, "--backend", "torch"], "backend='torch'"),
         ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, which is not one"),
+        (["M1-concat", *solids], "Expected protocols without modulus_ratio, since M1-concat knows one material"),
+        ([*whole, "--coverage", 0.9], "Expected --coverage with a model that has bands, accurate or fast"),
     ):
         assert expected in refused(command, ["predict", *words], folder=tmp_path)
     assert "format onnx" in refused(command, ["export", "M1-concat", "--format", "tflite"], folder=tmp_path)
     assert "--out FILE.keras" in refused(command, ["export", "M1-concat", "--format", "keras"], folder=tmp_path)
     assert "onnx for fast" in refused(command, ["export", "fast", "--out", tmp_path / "a.keras"], folder=tmp_path)
+    if (PUBLISHED_BANDED / "fast").is_dir():
+        for words, expected in (
+            (
+                ["fast", *whole[1:], "--modulus-ratio", 2],
+                "modulus_ratio must be a finite number greater than 0 and at most 1; rec",
+            ),
+            (["fast", "--in", tmp_path / "path.csv", "--tabor", 1.0], "a model of uniform measurement steps for a"),
+            (["fast", *solids, "--modulus-ratio", 0.2], "modulus ratios from --in FILE or from --modulus-ratio, not"),
+        ):
+            assert expected in refused(program, ["predict", *words], folder=tmp_path)

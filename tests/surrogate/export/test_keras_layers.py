@@ -85,7 +85,7 @@ def test_what_cannot_be_exported_is_named(wiring, words):
     hidden = AppendTabor()(wiring(sequence, tabor), tabor)
     graph = OnnxGraph()
     with pytest.raises(NotExportableError, match=words):
-        add_network(graph, keras.Model([sequence, tabor], readout(hidden)), *map(graph.named, ("sequence", "tabor")))
+        add_network(keras.Model([sequence, tabor], readout(hidden)), *map(graph.named, ("sequence", "tabor")))
 
 
 def test_dropout_missing_biases_and_a_wide_context_are_exported(dataset, tmp_path):

@@ -1,3 +1,6 @@
+"""Files of models against Keras: networks, channels of all feature sets, what they say, and where they are written."""
+
+import dataclasses
 import json
 import subprocess
 import sys
@@ -10,14 +13,12 @@ import pytest
 import surrogate
 from surrogate.export.onnx import file_content
 from surrogate.prediction.files import PUBLISHED
+from surrogate.prediction.networks import KerasNetwork
+from surrogate.prediction.predictor import Surrogate
 from surrogate.training.exporting import folder_content
+from surrogate.training.recipe import Recipe
+from surrogate.training.runs import Run, execute
 from tests.surrogate.conftest import scaling_of, scenes, write_onnx
-
-
-@pytest.fixture(scope="module")
-def protocols(dataset, grid):
-    times, indentations = (part[:6] for part in grid)
-    return times, indentations, dataset.protocols["tabor"][:6]
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
@@ -25,11 +26,10 @@ def protocols(dataset, grid):
     ("name", "features"),
     [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABCEF")],
 )
-def test_file_agrees_with_keras(name, features, stirred, protocols, tmp_path):
+def test_file_agrees_with_keras(name, features, stirred, six, tmp_path):
     backend, expected = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
-    times, indentations, tabor = protocols
-    found = backend.scaling.scale_force(onnx_model.predict_history(times, indentations, scenes(tabor)))
+    found = backend.scaling.scale_force(onnx_model.predict_history(*six))
     assert np.abs(expected).max() > 1e-2
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
 
@@ -94,9 +94,7 @@ def test_what_the_runtime_cannot_compute_ends_in_one_sentence(folder, monkeypatc
     assert len(str(caught.value)) < 500
 
 
-def test_unknown_backend(folder):
-    with pytest.raises(ValueError, match=r"onnx, keras\. Received: backend='torch'"):
-        surrogate.load(folder, backend="torch")
+def test_a_backend_needs_its_files(folder):
     with pytest.raises(ValueError, match="model directory for the keras backend"):
         surrogate.load(folder / "model.onnx", backend="keras")
     with pytest.raises(ValueError, match="backend='keras'"):
@@ -147,3 +145,49 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
         assert own.read_bytes() == before
     finally:
         own.write_bytes(before)
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, six, tmp_path):
+    backend, expected = stirred("M3-concat", "F")
+    path = write_onnx(tmp_path / "model.onnx", backend)
+    (ratio,) = [item for item in onnx.load(path).graph.initializer if item.name == "modulus_ratio"]
+    assert onnx.numpy_helper.to_array(ratio).tolist() == [0.1]
+    other = dataclasses.replace(backend.scaling, ranges=backend.scaling.ranges | {"modulus_ratio": (0.5, 0.5)})
+    write_onnx(path, KerasNetwork(backend.model, other, name="M3-concat"))
+    solids = scenes(dataset.protocols["tabor"][:6], 0.5)
+    found = other.scale_force(surrogate.load(path).predict_history(*six[:2], solids))
+    assert np.abs(found - expected).max() > 1e-2
+    unknown = dataclasses.replace(other, ranges={})
+    with pytest.raises(ValueError, match=r"one known modulus ratio for features F\. Received: none"):
+        write_onnx(path, KerasNetwork(backend.model, unknown))
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+@pytest.mark.parametrize(("name", "features"), [("M3-concat", "F"), ("M1-concat", "D")])
+def test_inputs_on_short_and_long_steps_and_at_large_times(name, features, stirred, tmp_path):
+    backend, _ = stirred(name, features)
+    onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
+    # In single precision a step of 1e-3 at time 1e5 would be lost altogether.
+    for times in (np.geomspace(1e-9, 1e6, 60), np.array([2.0]), 1e5 + 1e-3 * np.arange(60)):
+        indentations = 20.0 * np.sin(np.arange(len(times)))[None] * min(1.0, np.ptp(times))
+        forces = [
+            model.predict_history(times[None], indentations, scenes([1.0])[0])
+            for model in (onnx_model, Surrogate(backend))
+        ]
+        scaled = [backend.scaling.scale_force(force) for force in forces]
+        np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
+
+
+def test_a_training_with_inputs_of_the_material_leaves_a_file(least, dataset, six, tmp_path):
+    recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
+    execute(Run("M1-concat", dataset, dataset.split(), recipe, features="F"), tmp_path)
+    model = surrogate.load(tmp_path / "model")
+    assert (model.network.complete, model.scaling.features, model.modulus_ratio) == (True, "F", 0.1)
+    times, indentations, (scene,) = (part[:1] for part in six)
+    expected = surrogate.load(tmp_path / "model", backend="keras").predict_history(times, indentations, scene)
+    atol = 1e-5 * np.ptp(expected)
+    np.testing.assert_allclose(model.predict_history(times, indentations, scene), expected, rtol=0.0, atol=atol)
+    edge = np.isin(np.arange(times.shape[1]), [49, 69])
+    streamed = model.stream(scene).run(times[0], indentations[0], edge)
+    np.testing.assert_allclose(streamed, expected[0], rtol=0.0, atol=atol)

@@ -17,17 +17,16 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import edge_from_counts
-from surrogate.export.onnx_file import checked_model, is_intact, session_of
+from surrogate.export.onnx_file import checked_content, is_intact, session_of
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.prediction.bands_graph import add_bands, banded_content
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
-from surrogate.prediction.predicted import predicted_trajectory
+from surrogate.prediction.predicted import INTERVALS, predicted_trajectory
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 
 pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make pretrained` writes the models")
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
-INTERVALS = ("pull_off_interval", "pull_off_time_interval", "hysteresis_interval")
 CURVES = ("force", "force_lower", "force_upper", "curve_lower", "curve_upper")
 OUTPUTS = (*CURVES, *RESULTS, *INTERVALS)
 OUTSIDE = 4
@@ -134,12 +133,12 @@ def test_of_any_force_the_graph_says_what_the_predictor_says(model, inputs, soli
     peak = np.exp(-(((np.arange(steps) - centre - rng.uniform(-0.4, 0.4, (batch, 1))) / width) ** 2))
     force = 5.0 * peak - np.clip(inputs["indentations"], 0.0, None) ** 1.5 * (np.arange(steps) < turn)
     graph, mean, deviation = OnnxGraph(), *scaling.force
-    graph.symexp(graph.named("scaled") * deviation + mean, "force")
+    (graph.named("scaled") * deviation + mean).symexp("force")
     outputs = add_bands(graph, graph.named("scaled"), model.bands, scaling, counts)
     given = inputs | {"scaled": scaling.scale_force(force)}
     del given["edge"]
     shapes = {name: [*values.shape] for name, values in given.items()}
-    content = checked_model(graph.finish("bands", shapes, outputs)).SerializeToString()
+    content = checked_content(graph.finish("bands", shapes, outputs))
     found = dict(zip(outputs, session_of(content).run([*outputs], given), strict=True))
     expected = of_force(model, inputs, solids, force)
     assert found.keys() == {*OUTPUTS} - {"force"}
@@ -192,6 +191,16 @@ def test_the_file_says_what_it_is(model, path):
     assert found["format"] == "viscoelastic-contact-pretrained-onnx"
     assert (json.loads(found["counts"]), found["coverage"]) == (list(model.counts), "0.9")
     assert {name: tuple(bounds) for name, bounds in json.loads(found["ranges"]).items()} == model.scaling.ranges
+
+
+def test_the_command_writes_one_file_and_never_over_the_network(program, path, model, tmp_path):
+    network = (PUBLISHED / model.name / "model.onnx").read_bytes()
+    code, out, err = program("export", model.name)
+    assert (code, out) == (2, "")
+    assert err.startswith("surrogate: Expected --out FILE, since ")
+    assert program("export", model.name, "--out", tmp_path / "fast.onnx")[0] == 0
+    assert (tmp_path / "fast.onnx").read_bytes() == path.read_bytes()
+    assert (PUBLISHED / model.name / "model.onnx").read_bytes() == network
 
 
 def test_the_package_loads_it_by_name_only(model, path):

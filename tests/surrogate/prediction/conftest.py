@@ -1,15 +1,54 @@
+"""What tests of predictions share: protocols, measured histories of them, how a mistake must end, untrained models."""
+
 import json
+import re
 
 import keras
 import numpy as np
 import pytest
 
+from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import PHYSICAL
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
 from surrogate.export.onnx_file import seal_folder
 from surrogate.prediction.bands import Bands
 from surrogate.prediction.loading import load_banded
+
+PROTOCOL = {"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
+FLAGS = [word for key, value in PROTOCOL.items() for word in (f"--{key.replace('_', '-')}", str(value))]
+SCENE = Scene(1.0, StandardLinearSolid(0.1))
+
+
+def refused(command, words, *, folder):
+    """The one sentence a mistake ends in; nothing may be left behind."""
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    code, out, err = command(*words)
+    assert (code, out) == (2, ""), err
+    # One sentence, and not one within another.
+    assert re.match(r"surrogate: (Expected|\w+ must|the \w+ phase must) ", err)
+    assert len(re.findall(r"\b[Rr]eceived\b", err)) == 1
+    assert err.count("\n") == 1
+    assert len(err) < 1000
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    return err
+
+
+FAST_WITHDRAWAL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=100.0)
+
+
+def history(protocol=FAST_WITHDRAWAL, tabor=1.0, points=(160, 80, 160), noise=0.0, seed=0):
+    """Points of each phase, and the standard deviation of their noise as a share of the peak."""
+    corners = protocol.phase_times(tabor)
+    phases = [
+        np.linspace(begin, end, count, endpoint=False)
+        for begin, end, count in zip(corners[:-1], corners[1:], points, strict=True)
+        if end > begin
+    ]
+    times = np.append(np.concatenate(phases), corners[-1])
+    noisy = noise * protocol.peak_indentation * np.random.default_rng(seed).normal(size=times.shape)
+    return times, protocol.history(tabor).indentation_at(times) + noisy
+
 
 RANGES = {
     "tabor": (0.2, 3.2),

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import surrogate
-from bem import LoadingProtocol
+from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
 from surrogate.data.features import edge_from_counts
 from surrogate.prediction.predictor import Surrogate
 from surrogate.prediction.stream import Stream
 from surrogate.prediction.validity import ExtrapolationWarning
-from tests.surrogate.conftest import scenes
+from tests.surrogate.prediction.conftest import PROTOCOL
 
 HISTORY = 4
 CAUSAL = [name for name in surrogate.names() if not name.startswith("M5")]
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*extrapolates")
 
 
 def scene(tabor, ratio=0.1):
-    return scenes([tabor], ratio)[0]
+    return Scene(tabor, StandardLinearSolid(ratio))
 
 
 @pytest.fixture(scope="module")
@@ -147,13 +147,6 @@ def test_the_clock_starts_with_the_history(name, stirred, history):
     np.testing.assert_allclose(late, base, rtol=1e-6, atol=1e-6)
 
 
-def test_a_stream_outside_the_training_warns(model):
-    with pytest.warns(ExtrapolationWarning, match=r"tabor = 50 lies outside \["):
-        stream = model.stream(scene(50.0))
-    with pytest.warns(ExtrapolationWarning, match=r"start_indentation = 1 lies outside \[-110\.\d+, -104"):
-        stream.step(0.0, 1.0)
-
-
 def test_a_step_allocates_nothing_that_stays(model):
     stream = model.stream(scene(1.0))
     stream.step(-1.0, -(np.pi ** (2 / 3)))
@@ -169,21 +162,10 @@ def test_a_step_allocates_nothing_that_stays(model):
     assert min(grown) < 2_000
 
 
-def test_inputs_of_the_material_are_those_of_the_scene(stirred, history):
-    times, indentations, tabor = history
-    backend, _ = stirred("M3-concat", "F")
-    forces = [
-        Stream(backend.content(), backend.scaling, tabor=tabor, modulus_ratio=ratio).run(times, indentations, 0 * times)
-        for ratio in (0.1, 0.5)
-    ]
-    assert np.abs(forces[1] - forces[0]).max() > 1e-3
-
-
 def planned(**changes):
     counts = changes.pop("counts", (50, 20, 50))
-    protocol = {"tabor": 1.0, "peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
-    times, indentations = (part[0] for part in measurement_grid(**(protocol | changes), counts=counts))
-    return times, indentations, edge_from_counts(counts, 1)[0]
+    grid = measurement_grid(tabor=1.0, **PROTOCOL | changes, counts=counts)
+    return grid[0][0], grid[1][0], edge_from_counts(counts, 1)[0]
 
 
 def twice(times, indentations, edge):
@@ -200,6 +182,7 @@ def stretched(times, indentations, edge):
     [
         (planned(), []),
         (planned(loading_rate=5500.0), ["loading_rate = 5500 lies"]),
+        (planned(start_indentation=1.0), ["start_indentation = 1 lies"]),
         (planned(unloading_rate=0.05), ["unloading_rate = 0.05 lies"]),
         (planned(peak_indentation=200.0), ["peak_indentation = 1"]),
         (planned(peak_indentation=1.0), ["peak_indentation = 1 lies"]),
@@ -230,12 +213,9 @@ def test_a_stream_warns_of_each_cause_once(stirred, history, causes):
     assert said if causes else not said
 
 
-PROTOCOL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.7, unloading_rate=40.0)
-
-
 def physical(model):
     """Instants, indentations, marks and forces of a history on the physical steps of a model with bands."""
-    found = model.predict(scene(1.3, 0.07), PROTOCOL)
+    found = model.predict(scene(1.3, 0.07), LoadingProtocol(**PROTOCOL | {"dwell_time": 0.7, "unloading_rate": 40.0}))
     return found.time, found.indentation, edge_from_counts(model.counts, 1)[0], found.force
 
 

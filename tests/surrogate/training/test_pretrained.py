@@ -8,7 +8,7 @@ from bem import LoadingProtocol
 from surrogate.data.scaling import symlog
 from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
-from tests.surrogate.prediction.predicting import SCENE
+from tests.surrogate.prediction.conftest import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
