@@ -108,18 +108,13 @@ class _KerasImport(importlib.abc.MetaPathFinder):
 
         def run_and_register(module: ModuleType) -> None:
             run(module)
-            _register_layers()
+            importlib.import_module("surrogate.architectures.layers")
 
         found.loader.exec_module = run_and_register  # type: ignore[method-assign]
         return found
 
 
-def _register_layers() -> None:
-    for module in ("layers", "blocks"):
-        importlib.import_module(f"surrogate.architectures.{module}")
-
-
 if "keras" in sys.modules:
-    _register_layers()
+    importlib.import_module("surrogate.architectures.layers")
 else:
     sys.meta_path.insert(0, _KerasImport())

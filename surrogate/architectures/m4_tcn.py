@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from surrogate.architectures.blocks import ResidualTCNBlock
 from surrogate.architectures.common import appended
-from surrogate.architectures.layers import FiLM, TaborGate
+from surrogate.architectures.layers import FiLM, ResidualTCNBlock, TaborGate
 
 
 def tcn(sequence: Any, tabor: Any, conditioning: str) -> Any:

@@ -11,8 +11,8 @@ from typing import Any
 
 from keras import layers
 
-from surrogate.architectures.blocks import EncoderBlock
 from surrogate.architectures.common import appended, modulated_or_normalised
+from surrogate.architectures.layers import EncoderBlock
 
 
 def encoder(sequence: Any, tabor: Any, conditioning: str) -> Any:

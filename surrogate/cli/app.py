@@ -101,14 +101,21 @@ def train(
     load_architectures(architecture or ())
     split_name(name)
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import TrainingIdentity, trained_otherwise
+    from surrogate.training.identity import Run, trained_otherwise
 
     data = TrajectoryDataset.load(dataset)
-    more = TrajectoryDataset.load(extra) if extra else None
-    split = data.split(split_seed).with_fraction(fraction, fold)
+    run = Run(
+        architecture=name,
+        dataset=data,
+        split=data.split(split_seed).with_fraction(fraction, fold),
+        recipe=chosen,
+        features=features,
+        extra=TrajectoryDataset.load(extra) if extra else None,
+        label=label or "",
+        epochs_given=chosen.epochs != own.epochs,
+    )
     if destination.exists() and not replace:
-        wanted = TrainingIdentity.of(name, data, split, chosen, features=features, extra=more)
-        if why := trained_otherwise(destination, wanted):
+        if why := trained_otherwise(destination, run.identity):
             labelled = "--label with another name" if label is None else "another --label"
             raise ValueError(
                 f"Expected {labelled}, or --replace, because {destination} holds a published model. "
@@ -118,18 +125,8 @@ def train(
         return
     import_keras()
     from surrogate.training.run_folder import print_epoch
-    from surrogate.training.runs import Run, execute, publish
+    from surrogate.training.runs import execute, publish
 
-    run = Run(
-        architecture=name,
-        dataset=data,
-        split=split,
-        recipe=chosen,
-        features=features,
-        extra=more,
-        label=label or "",
-        epochs_given=chosen.epochs != own.epochs,
-    )
     progress = execute(
         run,
         runs / run.name,
@@ -167,7 +164,7 @@ def train_all(
         split_name(name)
         require_place(models / model_name(name + suffix))
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import TrainingIdentity, trained_otherwise
+    from surrogate.training.identity import Run, trained_otherwise
     from surrogate.training.recipe import Recipe
     from surrogate.training.run_folder import set_aside
 
@@ -175,7 +172,7 @@ def train_all(
     chosen, split = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed), data.split()
     waiting = []
     for name in wanted:
-        identity = TrainingIdentity.of(name, data, split, chosen)
+        identity = Run(name, data, split, chosen).identity
         label = name + suffix
         reason = trained_otherwise(models / label, identity) if (models / label).exists() else "not published"
         if not reason:
@@ -227,7 +224,7 @@ def evaluate(
     load_architectures(architecture or ())
     from surrogate.data.metrics import summary
     from surrogate.prediction.loading import load
-    from surrogate.training.evaluation import evaluate_published, write_errors
+    from surrogate.training.runs import evaluate_published, write_errors
 
     with Outputs(errors) as outputs:
         trained = load(name, models, backend="keras")

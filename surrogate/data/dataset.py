@@ -65,16 +65,19 @@ class Split:
         return Split(train=kept, validation=self.validation, test=self.test, seed=self.seed)
 
     @property
+    def parts(self) -> dict[str, list[int]]:
+        """The indices by the names in `PARTS`, ready for JSON."""
+        return {part: getattr(self, part).tolist() for part in PARTS}
+
+    @property
     def sha256(self) -> str:
         """SHA-256 digest of the indices; the seed does not enter."""
-        parts = [getattr(self, part) for part in PARTS]
-        return hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
+        indices = np.concatenate([self.train, self.validation, self.test])
+        return hashlib.sha256(indices.astype(np.int64).tobytes()).hexdigest()
 
     def save(self, path: str | Path) -> None:
         """Write seed and indices as JSON."""
-        content = {"seed": self.seed}
-        content |= {part: getattr(self, part).tolist() for part in PARTS}
-        Path(path).write_text(json.dumps(content) + "\n", encoding="utf-8")
+        Path(path).write_text(json.dumps({"seed": self.seed} | self.parts) + "\n", encoding="utf-8")
 
     @classmethod
     def load(cls, path: str | Path) -> Split:
@@ -160,6 +163,11 @@ class TrajectoryDataset:
     def protocols_of(self, indices: np.ndarray) -> dict[str, np.ndarray]:
         """Return the protocol quantities of the trajectories `indices`, by name, each of the shape of `indices`."""
         return {name: values[indices] for name, values in self.protocols.items()}
+
+    def rounded_protocols(self, indices: np.ndarray) -> list[tuple[float, ...]]:
+        """Return protocols in single precision, in which they compare equal although processors round differently."""
+        columns = self.protocols_of(indices).values()
+        return list(zip(*(values.astype(np.float32).tolist() for values in columns), strict=True))
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""

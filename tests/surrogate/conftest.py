@@ -126,7 +126,7 @@ def builder(hidden):
 
 
 def residual_block(_):
-    from surrogate.architectures.blocks import ResidualTCNBlock
+    from surrogate.architectures.layers import ResidualTCNBlock
 
     return ResidualTCNBlock(4, name="block")
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import surrogate
-from surrogate.architectures.blocks import EncoderBlock, ResidualTCNBlock
-from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
+from surrogate.architectures.layers import AppendTabor, EncoderBlock, FiLM, ResidualTCNBlock, TaborGate
 from surrogate.architectures.naming import PARAMETER_COUNTS
 
 

@@ -9,7 +9,7 @@ import pytest
 from bem.dataset.designs import QUANTITIES
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import scaled_examples
-from surrogate.training import evaluation
+from surrogate.training import runs
 from tests.data_files import editing
 from tests.surrogate.conftest import scaling_of
 
@@ -105,11 +105,11 @@ def test_examples_have_the_models_shapes(dataset):
 
 def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
     seen = {}
-    monkeypatch.setattr(evaluation, "trajectory_errors", lambda *_, **given: seen.update(given))
+    monkeypatch.setattr(runs, "trajectory_errors", lambda *_, **given: seen.update(given))
     network = SimpleNamespace(
         scaling=scaling_of(dataset), batch=2, scaled=lambda sequence, _: np.zeros(sequence.shape[:2])
     )
-    evaluation.evaluate(network, dataset, np.arange(3))
+    runs.evaluate(network, dataset, np.arange(3))
     assert seen["unloading_from"] == 69
     assert seen["native_pull_off_force"].tolist() == dataset.scalars["pull_off_force"][:3].tolist()
 

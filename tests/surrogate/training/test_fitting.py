@@ -12,11 +12,10 @@ import pytest
 import surrogate
 import surrogate.training.fitting as fitting
 from surrogate.prediction.predictor import ExtrapolationWarning
-from surrogate.training.fitting import BACKUP
 from surrogate.training.model_directory import MODEL_FILES, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import COLUMNS, locked, print_epoch, set_aside
-from surrogate.training.runs import Run, execute, extra_indices
+from surrogate.training.run_folder import BACKUP, COLUMNS, locked, print_epoch, set_aside
+from surrogate.training.runs import Run, execute
 from tests.surrogate.conftest import build_by, build_tiny, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
 
@@ -248,7 +247,7 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(least, d
     # Protocols compare equal although processors round their last digits differently.
     elsewhere = {name: np.nextafter(values, np.inf) for name, values in dataset.protocols.items()}
     extra = dataclasses.replace(dataset, protocols=elsewhere)
-    assert set(extra_indices(run_of(dataset, tmp_path, extra=extra))) == set(run.split.train)
+    assert set(run_of(dataset, tmp_path, extra=extra).training[1][1]) == set(run.split.train)
     for name, value in (("modulus_ratio", 0.5), ("points_per_phase", (60, 20, 40))):
         with pytest.raises(ValueError, match="Expected an extra data set with the"):
             run_of(dataset, tmp_path, extra=dataclasses.replace(dataset, **{name: value}))
