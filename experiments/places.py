@@ -167,4 +167,5 @@ def run_named(program: str, known: Mapping[str, str], command_of: Callable[[Modu
         sys.exit(2)
     sys.argv[:] = [f"{program} {name}", *rest]
     module, called = import_module(known[name]), f"python -m {program} {name}"
-    run_main(command_of(module, name), called, program=called, help=module.__doc__)
+    command = command_of(module, name)
+    run_main(command, called, program=called, help=command.__doc__ or module.__doc__)

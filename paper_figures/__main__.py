@@ -1,7 +1,7 @@
 """Draw a figure or write a table: `python -m paper_figures NAME`, where NAME is that of the make target.
 
-Each module has one function, `compose`. Its parameters are the results that it shows (`experiments.places`). It returns
-a figure, a table, or a dictionary of several by the names of their files.
+The function of a target has its name: `figure_5` is that of `figure-5`. Its parameters are the results that it shows
+(`experiments.places`). It returns a figure, a table, or a dictionary of several by the names of their files.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -9,8 +9,10 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("python -m paper_figures")
 
+import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any
@@ -22,13 +24,22 @@ from experiments.places import LeaveOut, Places, PublishedFolder, ResultsFolder,
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
-KINDS = ("figures", "models", "measurements", "tables")
+TARGETS = re.compile(r"^def ((?:figure|table)_\w+|graphical_abstract)\(", re.MULTILINE)
 
 
 def modules() -> dict[str, str]:
-    """Module of each target, in any of the folders `KINDS`: that of `figure-5` is `figure_5.py`."""
-    files = sorted(path for kind in KINDS for path in (HERE / kind).glob("*.py") if path.stem != "__init__")
-    return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
+    """Module of each target, in the order of the names."""
+    found = {}
+    for path in (path for kind in ("figures", "measurements") for path in (HERE / kind).glob("*.py")):
+        for name in TARGETS.findall(path.read_text(encoding="utf-8")):
+            found[name.replace("_", "-")] = f"paper_figures.{path.parent.name}.{path.stem}"
+    return dict(sorted(found.items()))
+
+
+def function_of(name: str) -> Callable[..., Any]:
+    """The function of a target."""
+    function: Callable[..., Any] = getattr(import_module(modules()[name]), name.replace("-", "_"))
+    return function
 
 
 def captions() -> dict[str, dict[str, str]]:
@@ -84,8 +95,9 @@ def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
     return beside
 
 
-def command_of(module: ModuleType, name: str) -> Any:
-    """The command of a figure or a table, which writes what is composed."""
+def command_of(_: ModuleType, name: str) -> Any:
+    """The command of a figure or a table, which writes what its function returns."""
+    compose = function_of(name)
 
     def command(
         results: ResultsFolder = Path("results"),
@@ -96,10 +108,10 @@ def command_of(module: ModuleType, name: str) -> Any:
     ) -> None:
         if not name.startswith("table-"):
             words_of(name)  # before the figure is drawn
-        places = Places(results, published, taken=taken(module.compose, options))
+        places = Places(results, published, taken=taken(compose, options))
         try:
-            arguments = places.arguments(module.compose, name)
-            products = module.compose(**arguments, **options)
+            arguments = places.arguments(compose, name)
+            products = compose(**arguments, **options)
         except FileNotFoundError as error:
             if not leave_out:
                 raise
@@ -110,7 +122,8 @@ def command_of(module: ModuleType, name: str) -> Any:
         for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
             write_whole(place, caption(name, sources))
 
-    return with_options(command, module.compose)
+    command.__doc__ = compose.__doc__
+    return with_options(command, compose)
 
 
 def main() -> None:

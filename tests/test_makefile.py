@@ -4,12 +4,11 @@ import inspect
 import re
 import shutil
 import subprocess
-from importlib import import_module
 
 import pytest
 
 from experiments.places import Places
-from paper_figures.__main__ import captions, modules
+from paper_figures.__main__ import captions, function_of, modules
 from tests.processes import ROOT, ended
 
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -102,7 +101,7 @@ def test_a_figure_is_made_from_all_that_its_module_reads():
     rules = dict(re.findall(r"^(results/\S+): (.*)$", database, flags=re.MULTILINE))
     for name in modules():
         product = f"tables/{name[6:]}.md" if name.startswith("table-") else f"figures/{name}.pdf"
-        asked = inspect.signature(import_module(modules()[name]).compose).parameters.keys() - {"family"}
+        asked = inspect.signature(function_of(name)).parameters.keys() - {"family"}
         assert {str(Places().path(one)) for one in asked} <= set(rules[f"results/{product}"].split()), name
 
 

@@ -1,1 +1,1 @@
-"""Figures of the paper's main text, one module each."""
+"""Figures and tables of the paper, those that read the same results in one module."""

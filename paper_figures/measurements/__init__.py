@@ -1,1 +1,1 @@
-"""Figures of the measurements: cost, robustness and effects, one module each."""
+"""Figures and tables of the measurements: cost, robustness and effects."""

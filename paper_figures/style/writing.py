@@ -46,11 +46,11 @@ def table_rows(rows: Sequence[Sequence[Any]]) -> str:
 
 
 def caption(name: str, **values: Any) -> str:
-    """The text below a table, from `tables/captions.toml`, with its places filled."""
+    """The text below a table, from `table_captions.toml`, with its places filled."""
     return " ".join(tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))[name].split()).format(**values)
 
 
-CAPTIONS = Path(__file__).parents[1] / "tables" / "captions.toml"
+CAPTIONS = Path(__file__).parents[1] / "table_captions.toml"
 LETTERS = 135
 """In a line of a table in LaTeX, as wide as a figure of two columns."""
 

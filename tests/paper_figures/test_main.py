@@ -4,19 +4,18 @@ import inspect
 import json
 import subprocess
 import sys
-from importlib import import_module
 
 import pytest
 
 from experiments.places import FOLDERS, Places
-from paper_figures.__main__ import caption, main, modules, save
-from paper_figures.models import figure_learning_curves
+from paper_figures.__main__ import caption, function_of, main, modules, save
+from paper_figures.figures import models
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
 from tests.paper_figures.results import comparison
 from tests.processes import ROOT
 
-FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
+FIGURES = [name for name in modules() if not name.startswith("table-")]
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -52,8 +51,7 @@ def test_the_command_writes_the_caption(tmp_path, examples):
 
 
 ASKED = {
-    name: [one for one in inspect.signature(import_module(module).compose).parameters if one != "family"]
-    for name, module in modules().items()
+    name: [one for one in inspect.signature(function_of(name)).parameters if one != "family"] for name in modules()
 }
 
 
@@ -78,9 +76,9 @@ def test_a_figure_without_its_results_is_an_error_unless_it_may_be_left_out(word
 
 
 def test_learning_curves_are_drawn_where_a_model_with_them_is_published():
-    assert figure_learning_curves.compose(comparison(["M1-concat", "M4-gated"])).axes[1].lines
+    assert models.figure_learning_curves(comparison(["M1-concat", "M4-gated"])).axes[1].lines
     with pytest.raises(FileNotFoundError, match="no FiLM or gated model is published; `make models` trains them"):
-        figure_learning_curves.compose(comparison(["M1-concat", "M2-concat"]))
+        models.figure_learning_curves(comparison(["M1-concat", "M2-concat"]))
 
 
 def test_a_result_that_no_module_makes_is_to_be_restored(tmp_path):

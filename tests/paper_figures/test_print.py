@@ -1,6 +1,5 @@
 """Every figure is fit for print: its width, the size of its texts, no two of them on each other, and its colours."""
 
-from importlib import import_module
 from itertools import combinations
 
 import pytest
@@ -8,12 +7,12 @@ from matplotlib import pyplot as plt
 
 from bem.plots import COLOURS
 from experiments.places import Places
-from paper_figures.__main__ import modules
+from paper_figures.__main__ import function_of, modules
 from paper_figures.style import drawing
 from tests.paper_figures import printed
 from tests.processes import ROOT
 
-FIGURES = [name for name, module in modules().items() if ".tables." not in module]
+FIGURES = [name for name in modules() if not name.startswith("table-")]
 LEAST = 6.5  # points
 APART = 10.0  # in CIELAB; two patches side by side differ from about 2
 
@@ -21,12 +20,12 @@ APART = 10.0  # in CIELAB; two patches side by side differ from about 2
 @pytest.fixture(scope="module", params=FIGURES)
 def drawn(request):
     """The figures of a module by name, from the results of this repository, as far as these are there."""
-    module = import_module(modules()[request.param])
+    function = function_of(request.param)
     try:
-        results = Places(ROOT / "results", ROOT / "published").arguments(module.compose, request.param)
+        results = Places(ROOT / "results", ROOT / "published").arguments(function, request.param)
     except FileNotFoundError as missing:
         pytest.skip(str(missing))
-    made = module.compose(**results)
+    made = function(**results)
     made = made if isinstance(made, dict) else {request.param: made}
     yield {name: figure for name, figure in made.items() if isinstance(figure, plt.Figure)}
     plt.close("all")

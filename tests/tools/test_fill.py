@@ -7,13 +7,13 @@ import pytest
 
 from bem.dataset.file import load_dataset
 from experiments.places import Places
-from paper_figures.figures import figure_2
-from paper_figures.report import data_card
+from paper_figures.figures import trajectories
+from paper_figures.report import cards
 from paper_figures.style import drawing
 from tests.processes import ROOT
 from tools import fill
 
-HOURS = "<!-- fill paper_figures.report.data_card.paper_hours -->"
+HOURS = "<!-- fill paper_figures.report.cards.paper_hours -->"
 
 
 @pytest.mark.parametrize(("before", "after"), [("", ""), ("\n\n", "\n\n"), ("\n", "\n")])
@@ -24,7 +24,7 @@ def test_places_are_filled_and_stay_places(before, after):
     assert fill.filled(once, Places()) == once
 
 
-@pytest.mark.parametrize("name", ["nothing.at_all", "paper_figures.report.data_card.none", "os.getcwd"])
+@pytest.mark.parametrize("name", ["nothing.at_all", "paper_figures.report.cards.none", "os.getcwd"])
 def test_an_unknown_place_is_refused(name):
     with pytest.raises(ValueError, match=f"received '{name}'"):
         fill.filled(f"<!-- fill {name} -->?<!-- end -->", Places())
@@ -32,11 +32,11 @@ def test_an_unknown_place_is_refused(name):
 
 def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
     path = ROOT / "published/dataset.h5"
-    seconds, each = float(data_card.core_seconds(path)), float(data_card.milliseconds(path))
+    seconds, each = float(cards.core_seconds(path)), float(cards.milliseconds(path))
     (drawn,) = drawing.figure(height=2.0).subplots(1, 1, squeeze=False).flat
-    figure_2.draw_cost(drawn, load_dataset(path), drawing.paper_values("dataset"))
+    trajectories.draw_cost(drawn, load_dataset(path), drawing.paper_values("dataset"))
     assert any(f"here: {seconds / 60.0:.1f} min" in text.get_text() for text in drawn.texts)
-    assert 1e3 * seconds / int(data_card.trajectories(path).replace(",", "")) == pytest.approx(each, rel=0.05)
+    assert 1e3 * seconds / int(cards.trajectories(path).replace(",", "")) == pytest.approx(each, rel=0.05)
 
 
 def test_the_guide_shows_the_seconds_that_are_published(tmp_path):

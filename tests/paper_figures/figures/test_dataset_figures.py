@@ -7,22 +7,22 @@ from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from experiments.paper.dataset_statistics import statistics
 from paper_figures.__main__ import save
-from paper_figures.figures import figure_2, figure_3
+from paper_figures.figures import trajectories
+from paper_figures.measurements import solver
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
-from paper_figures.tables import table_accuracy_price, table_protocols_dataset
 
 
 def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp_path):
     for run in "ab":
-        save(figure_2.compose(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)
+        save(trajectories.figure_2(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)
     first, second = ({path.name: path.read_bytes() for path in (tmp_path / run).iterdir()} for run in "ab")
     assert first == second
     assert first.keys() == {"figure-2.pdf", "figure-2.png"}
 
 
 def test_histograms_are_shares_and_the_cost_is_that_of_what_completed(dataset_path, examples):
-    panels = figure_2.compose(examples, dataset_path).axes
+    panels = trajectories.figure_2(examples, dataset_path).axes
     assert len(panels) == 9
     for axes in panels[6:]:
         assert axes.get_xscale() == "log"
@@ -32,12 +32,12 @@ def test_histograms_are_shares_and_the_cost_is_that_of_what_completed(dataset_pa
     axes = drawing.figure(height=2.0).subplots()
     seconds = {"solver_seconds": np.array([30.0, 90.0, 9e3])}
     dataset = types.SimpleNamespace(scalars=seconds, completed=np.array([0, 1]))
-    figure_2.draw_cost(axes, dataset, {"cpu_hours": 478, "trajectories": 12_450})
+    trajectories.draw_cost(axes, dataset, {"cpu_hours": 478, "trajectories": 12_450})
     assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
 
 
 def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
-    panels, example = figure_2.compose(examples, dataset_path).axes, examples["examples"][0]
+    panels, example = trajectories.figure_2(examples, dataset_path).axes, examples["examples"][0]
     first = panels[0]
     histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
     native = np.stack([example["native"][name] for name in ("time", "force")], axis=1)
@@ -49,7 +49,7 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
     data = load_dataset(dataset_path)
     times = data.scalars["pull_off_time"][data.completed]
     low, high = np.floor(np.log10(times.min())), np.ceil(np.log10(times.max()))
-    edges = np.logspace(low, high, round(figure_2.BINS_PER_DECADE * (high - low)) + 1)
+    edges = np.logspace(low, high, round(trajectories.BINS_PER_DECADE * (high - low)) + 1)
     bars = panels[6].patches
     np.testing.assert_allclose([bar.get_x() for bar in bars], edges[:-1])
     shares = np.histogram(times, edges)[0] / len(times)
@@ -60,7 +60,7 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
 
 def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
     mapping = examples["mapping"]
-    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in figure_3.compose(examples).axes}
+    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in trajectories.figure_3(examples).axes}
     for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
         phases = [line for line in by_letter[letter].lines if line.get_marker() == "."]
         assert [len(line.get_xdata()) for line in phases] == [50, 20, 50]
@@ -78,7 +78,7 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
 
 def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examples):
     found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
-    first, second = table_protocols_dataset.compose(examples, found).values()
+    first, second = trajectories.table_protocols_dataset(examples, found).values()
     assert len(first.rows) == 6
     assert first.rows[0][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
     summary = second.page()
@@ -96,7 +96,7 @@ def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examp
         {"accuracy": "draft", "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), found), **level},
         {"accuracy": "reference", **level},
     ]
-    table = table_accuracy_price.compose({"seed": 0, "host": "a machine", "levels": levels})
+    table = solver.table_accuracy_price({"seed": 0, "host": "a machine", "levels": levels})
     draft, reference = table.rows
     assert draft == ["draft", "9", "0", "12300.0", "10.0", "100.0", "1.8", *["0.1 / 0.2 / 3"] * 3]
     assert reference[-3:] == ["-"] * 3

@@ -3,13 +3,12 @@
 import pytest
 from matplotlib.colors import to_rgba
 
-from paper_figures.figures import figure_6, figure_7, graphical_abstract
-from paper_figures.models import figure_fms_transfer
+from paper_figures.figures import predictions, quartiles
 from paper_figures.style import drawing, models_style
 
 
 def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes, errors):
-    _, panel, _, _ = figure_6.compose(regimes).axes
+    _, panel, _, _ = predictions.figure_6(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
     assert list(markers) == ["(4)", "(5)", "(6)"]
@@ -18,7 +17,7 @@ def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes,
     assert len({line.get_color() for line in markers.values()}) == 3
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
     assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
-    _, model, force = graphical_abstract.compose(regimes, errors).axes
+    _, model, force = predictions.graphical_abstract(regimes, errors).axes
     text = " ".join(text.get_text() for text in model.texts)
     assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text
@@ -29,7 +28,7 @@ def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes,
 
 
 def test_figure_7_counts_every_trajectory_once(errors):
-    drawn = figure_7.compose(errors)
+    drawn = quartiles.figure_7(errors)
     for axes in drawn.axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
         assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
@@ -37,7 +36,7 @@ def test_figure_7_counts_every_trajectory_once(errors):
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
     other = errors | {"overall": {name: one | {"median": 3.0} for name, one in errors["overall"].items()}}
-    for axes in figure_7.compose(other | {"by_paper_recipe": errors}).axes[:2]:
+    for axes in quartiles.figure_7(other | {"by_paper_recipe": errors}).axes[:2]:
         labels = [text.get_text() for text in axes.get_legend().get_texts()]
         assert labels == ["our recipe, median 3 %", "median 1.5 %", "90th percentile 6 %"]
     points = drawn.axes[2].lines
@@ -49,12 +48,12 @@ def test_figure_7_counts_every_trajectory_once(errors):
 
 
 def test_figure_fms_transfer_and_its_numbers():
-    predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
-    sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
-    errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
+    forces = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
+    sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": forces}
+    errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in forces}
     config = {"model": "M1-concat"}
     content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
-    first, second = figure_fms_transfer.compose(content).axes
+    first, second = predictions.figure_fms_transfer(content).axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
     assert {line.get_marker() for line in first.lines[2:]} == {"^"}
     assert len({line.get_color() for line in first.lines[2:]}) == 3
@@ -63,7 +62,7 @@ def test_figure_fms_transfer_and_its_numbers():
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
     assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
     assert drawing.written(3) == "3"
-    predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
+    rounded = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
     axes = drawing.figure(height=2.0).subplots()
-    figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
+    predictions.draw_test_set(axes, rounded | {"trajectories": 3}, "black")
     assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]

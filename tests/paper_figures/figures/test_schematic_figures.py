@@ -3,14 +3,13 @@
 import importlib
 
 from experiments.paper.architecture_graphs import graph
-from paper_figures.figures import figure_1, figure_4
-from paper_figures.models import figure_architectures
-from paper_figures.style import drawing, models_style, schematics
+from paper_figures.figures import architectures, trajectories
+from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
 
 
 def test_figure_1_shows_the_computed_force(examples):
-    example, panels = examples["mapping"], figure_1.compose(examples).axes
+    example, panels = examples["mapping"], trajectories.figure_1(examples).axes
     force = panels[3]
     drawn = [value for line in force.lines[:3] for value in line.get_ydata()]
     assert min(drawn) == min(example["native"]["force"])
@@ -31,14 +30,12 @@ def test_graphs_and_drawings_are_those_of_the_keras_models():
     for name, found in models.items():
         assert sum(layer["parameters"] for layer in found["layers"]) == found["parameters"]
         assert found["parameters"] == PAPER_PARAMETER_COUNTS.get(name, found["parameters"])
-        assert figure_architectures.ranks(found["layers"])["force"] == max(
-            figure_architectures.ranks(found["layers"]).values()
-        )
+        assert architectures.ranks(found["layers"])["force"] == max(architectures.ranks(found["layers"]).values())
     assert models["M4-concat"]["receptive_field"] == 61
     gate = next(layer for layer in models["M4-gated"]["layers"] if layer["kind"] == "TaborGate")
     assert gate["inputs"] == ["block_4", "block_3", "tabor"]
     channels = ["time", "indentation", "velocity", "edge"]
-    panels = figure_4.compose({"channels": channels, "models": models}).axes
+    panels = architectures.figure_4({"channels": channels, "models": models}).axes
     texts = [text.get_text() for text in panels[3].texts]
     assert "width 256\n268,288 parameters" in texts
     assert "physical features\nvelocity, edge" in texts
@@ -57,21 +54,21 @@ def test_architectures_are_drawn_from_their_graphs():
     layers = [INPUT, layer("tabor", "InputLayer", 1, "Tabor"), layer("a", "LSTM", 7, "LSTM 7", "sequence")]
     layers.append(layer("g", "TaborGate", 7, "Gate", "a", "sequence", "tabor"))
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
-    panels = figure_architectures.compose({"models": graphs}).axes
+    panels = architectures.figure_architectures({"models": graphs}).axes
     assert len(panels) == 6
     for axes in panels:
         texts = [text.get_text() for text in axes.texts]
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
-    assert figure_architectures.ranks(layers)["g"] == 2
+    assert architectures.ranks(layers)["g"] == 2
     graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": [INPUT]} for place, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()
-    figure_architectures.draw_family(axes, graphs, "M1", 1)
+    architectures.draw_family(axes, graphs, "M1", 1)
     across = {text.get_text(): text.get_position()[0] for text in axes.texts}
     for place, how in enumerate(CONDITIONINGS):
         assert across[how] == across[f"{7 + place}\nparameters"]
     axes = drawing.figure(height=2.0).subplots()
-    schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
+    drawing.arrow(axes, (0.0, 1.0), (2.0, 3.0))
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))
 
 
@@ -80,6 +77,6 @@ def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(monkeypatch):
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6
     graphs = {name: {"parameters": 10, "layers": [INPUT]} for name in names()}
-    assert [axes.get_title(loc="left")[:7] for axes in figure_architectures.compose({"models": graphs}).axes] == [
+    assert [axes.get_title(loc="left")[:7] for axes in architectures.figure_architectures({"models": graphs}).axes] == [
         f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
     ]

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from paper_figures.measurements import figure_accuracy_cost
+from paper_figures.measurements import accuracy_cost
 from paper_figures.style.drawing import paper_seconds
-from paper_figures.tables import table_accuracy_cost
 from tests.paper_figures.results import SPREAD, UNKNOWN
 from tests.processes import ROOT
 
@@ -42,7 +41,7 @@ CONTENT = {"protocols": 3, "repeats": 2, "truth_target": 7e-5, "tools": TOOLS}
 
 def test_accuracy_and_cost():
     content = CONTENT | {"host": "a machine", "missing": ["M2-FiLM"], "outdated": ["M1-concat"]}
-    text = table_accuracy_cost.compose(content)["accuracy-cost"].page()
+    text = accuracy_cost.table_accuracy_cost(content)["accuracy-cost"].page()
     assert "Not published when this was measured: M2-FiLM. Trained differently from those compared: M1-concat." in text
     assert text.count("20 (10-30)") == 7
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
@@ -56,7 +55,7 @@ def test_accuracy_and_cost():
 
 def test_no_point_is_left_out_and_fewer_protocols_are_open():
     runs = [{"tool": "Adhesion", "problem": "tabor 1", "seconds": 2.0, "error": 0.1}]
-    (axes,) = figure_accuracy_cost.compose(CONTENT, {"runs": runs}).axes
+    (axes,) = accuracy_cost.figure_accuracy_cost(CONTENT, {"runs": runs}).axes
     points = {tuple(place): line for line in axes.lines for place in line.get_xydata() if line.get_marker() != "None"}
     median, others = 100.0 * SPREAD["median"], [(0.02, float(number)) for number in (1, 2, 3, 4)]
     stated = (paper_seconds()["paper's surrogate"], 2.2)
@@ -86,7 +85,7 @@ def test_no_name_touches_a_marker_or_a_line():
     paths = [ROOT / f"published/measurements/{name}.json" for name in ("accuracy_cost", "peers")]
     if not all(path.is_file() for path in paths):
         pytest.skip("the measurements are not published here")
-    drawn = figure_accuracy_cost.compose(*(json.loads(path.read_text(encoding="utf-8")) for path in paths))
+    drawn = accuracy_cost.figure_accuracy_cost(*(json.loads(path.read_text(encoding="utf-8")) for path in paths))
     drawn.canvas.draw()
     assert [touching(axes) for axes in drawn.axes] == [set()]
 
@@ -99,7 +98,7 @@ def timed_tool(kind, setting, seconds, p95, **more):
 
 
 def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
-    choose = table_accuracy_cost.fastest
+    choose = accuracy_cost.fastest
     tools = [
         timed_tool("solver", "draft", 2e-3, 0.01),
         timed_tool("solver", "standard", 8e-3, 0.002),

@@ -3,15 +3,8 @@
 import numpy as np
 import pytest
 
-from paper_figures.measurements import (
-    figure_amortisation,
-    figure_inverse,
-    figure_measurement_floor,
-    figure_peers,
-    figure_training_cost,
-)
+from paper_figures.measurements import cost, surrogates
 from paper_figures.style import drawing
-from paper_figures.tables import table_surrogates
 
 
 def test_amortisation_and_cost_of_training():
@@ -24,19 +17,19 @@ def test_amortisation_and_cost_of_training():
     never = {"surrogate": "paper's surrogate", "solver": "solver, standard", "queries": None}
     content = {"data_set_seconds": 100.0, "data_set_trajectories": 50, "missing": [], "unmeasured": ["M2-FiLM"]}
     content |= {"retrained": ["M2-gated"], "outdated": ["M1-concat"]}
-    assert figure_amortisation.totals({"fixed_seconds": 3600.0, "query_seconds": 7200.0})[0] == pytest.approx(3.0)
-    table = figure_amortisation.compose({**content, "lines": lines, "break_even": [crossing, never]})["amortisation"]
+    assert cost.totals({"fixed_seconds": 3600.0, "query_seconds": 7200.0})[0] == pytest.approx(3.0)
+    table = cost.figure_amortisation({**content, "lines": lines, "break_even": [crossing, never]})["amortisation"]
     text = table.page()
     assert "Published but not measured: M2-FiLM. Retrained since the measurement: M2-gated. " in text
     assert "Trained differently from those compared: M1-concat." in text
     assert table.rows[1][-1] == "never"
-    figure_amortisation.compose({**content, "lines": lines[:1], "break_even": []})
+    cost.figure_amortisation({**content, "lines": lines[:1], "break_even": []})
     history = {"core_minutes": [1.0, 2.0], "best_mse": [0.5, 0.5]}
     run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
     short = run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}
     content = {"paper_mse": 5e-4, "minutes_to_paper_mse": 1.5, "missing": ["M4-FiLM"], "outdated": {}}
     content |= {"models": [run], "beside": [short]}
-    (axes,) = figure_training_cost.compose(content).axes
+    (axes,) = cost.figure_training_cost(content).axes
     held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
     assert held_out == [[2.0, 4e-4], [1.0, 8e-4]]
     assert [0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]
@@ -57,22 +50,20 @@ CONTENT["runs"] = [dict(zip(("problem", "tool", "setting", "seconds", "error"), 
 
 
 def test_the_ends_of_curves_are_named_and_an_error_that_is_not_resolved_is_a_triangle():
-    drawn = figure_peers.compose(CONTENT)
+    drawn = cost.figure_peers(CONTENT)
     names = {text.get_text() for axes in drawn.axes for text in axes.texts}
     assert names == {"draft", "32×32", "128×128", "JKR"}
-    (axes,) = [
-        axes for axes in figure_peers.compose(CONTENT).axes if axes.get_title() == "compression without adhesion"
-    ]
-    solver = [line for line in axes.lines if line.get_color() == figure_peers.STYLES["solver"]["color"]]
+    (axes,) = [axes for axes in cost.figure_peers(CONTENT).axes if axes.get_title() == "compression without adhesion"]
+    solver = [line for line in axes.lines if line.get_color() == cost.STYLES["solver"]["color"]]
     assert [(line.get_marker(), line.get_markevery()) for line in solver] == [("o", []), ("v", None)]
 
 
 def test_shares_above_an_error_and_levels_that_hold_a_share():
     kind = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
     axes = drawing.figure(height=2.0).subplots()
-    figure_measurement_floor.draw_errors(axes, {"uniform": kind, "physical": kind})
+    surrogates.draw_errors(axes, {"uniform": kind, "physical": kind})
     assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
-    levels = figure_inverse.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
+    levels = surrogates.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
     # 0.75 alone holds 68 %, and 95 % need the next.
     assert levels == [0.2, 0.75]
 
@@ -82,6 +73,6 @@ def test_table_of_surrogates():
     banded = errors | {"inside/pull_off": 0.91, "inside/hysteresis": 0.88, "width/pull_off": [0.5, 2.0, 9.0]}
     places = {"models": {"fast": {"paper": banded, "box": banded}, "M1-concat": {"paper": errors}}}
     seconds = {"solver": {"batch": 3e-3}} | {name: {"batch": 1e-4, "single": 5e-4} for name in ("fast", "M1-concat")}
-    first, second, third = table_surrogates.rows(places, {"seconds": seconds})
+    first, second, third = surrogates.rows(places, {"seconds": seconds})
     assert first == ["fast", "0.01 to 1", "0.5, 2, 7", "0.5, 2", "0.91, 0.88", "0.5, 2", "0.100", "0.50", "30"]
     assert (second[1], third[4], third[5]) == ("0.1", "", "")

@@ -1,6 +1,6 @@
 """Where the solver has it hard: the table, from made-up measurements."""
 
-from paper_figures.tables import table_hard_cases
+from paper_figures.measurements import solver
 
 NUMBERS = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
 
@@ -14,25 +14,25 @@ def test_hard_cases_and_the_worst_of_their_energies():
     coarse = {"draft": {"status": "completed", "change": 0.05}, "0.05": {"status": "stopped", "change": None}}
     extreme = {"name": "zero dwell", "status": "completed", "coarse": coarse, **numbers}
     content = {"host": "a machine", "accuracy": "standard", "refinement": 4.0, "map": rows, "extremes": [extreme]}
-    text = table_hard_cases.compose(content).page()
+    text = solver.table_hard_cases(content).page()
     assert "2 of 3 completed" in text
     assert "`make measure-soak` has not been run" in text
     named = next(line for line in text.splitlines() if "zero dwell" in line)
     assert [cell.strip() for cell in named.split("|")[6:8]] == ["5", "stopped"]
     row = dict.fromkeys(NUMBERS, 1.0) | {"status": "completed", "refined_status": "completed"}
-    cells = table_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
-    assert cells[table_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
+    cells = solver.row_of("two", [row, row | {"energy": -0.2}])
+    assert cells[solver.HEADER.index("Work over turnover")] == "-0.2"
 
 
 def test_the_soak_is_shown_among_the_hard_cases():
     found = {"protocols": 100, "raised": 0, "silent": 1, "spikes": 2, "largest_spike_share": 3e-5}
     found |= {"statuses": {"completed": 99, "stopped": 1}, "slowest_seconds": 2.0, "memory_growth": 0.003}
-    rows = table_hard_cases.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
-    assert all(len(row) == len(table_hard_cases.HEADER) for row in rows)
+    rows = solver.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
+    assert all(len(row) == len(solver.HEADER) for row in rows)
     name, status = rows[0][:2]
     assert name.startswith("soak inside the box: 0 exceptions, 1 silent non-finite, 2 with a lone spike (3e-05 of the ")
     assert name.endswith("range of the force at most), memory growth 0.3 %")
     assert status == "99 of 100 completed"
-    calm = table_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
+    calm = solver.soak_rows({"inside": found | {"spikes": 0}})[0][0]
     assert "0 with a lone spike, memory" in calm
     assert "memory growth not measured" in rows[1][0]

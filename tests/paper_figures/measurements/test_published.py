@@ -1,20 +1,17 @@
 """What is published is drawn: every figure and table of the measurements, and cells and curves of some of them."""
 
 import json
-from importlib import import_module
 
 import pytest
 
 from experiments.places import Places
-from paper_figures.__main__ import modules
-from paper_figures.measurements import figure_effects
+from paper_figures.__main__ import function_of, modules
+from paper_figures.measurements import effects
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
-from paper_figures.tables import table_recommendations
 from tests.paper_figures.results import SPREAD, UNKNOWN
 
-PARTS = (".measurements.", "table_accuracy_cost", "stand_ins", "recommendations", "peers", "hard_cases", "surrogates")
-SHOWN = [name for name, module in modules().items() if any(part in module for part in PARTS)]
+SHOWN = [name for name, module in modules().items() if ".measurements." in module]
 SEVERAL = {
     "table-accuracy-cost": {"accuracy-cost", "fastest-tool"},
     "figure-amortisation": {"figure-amortisation", "amortisation"},
@@ -31,8 +28,8 @@ def published(name):
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_what_is_published_is_drawn(name, tmp_path):
-    compose = import_module(modules()[name]).compose
-    products = compose(**Places().arguments(compose, name))
+    function = function_of(name)
+    products = function(**Places().arguments(function, name))
     products = products if isinstance(products, dict) else {name: products}
     assert products.keys() == SEVERAL.get(name, {name})
     for stem, product in products.items():
@@ -50,13 +47,13 @@ def test_what_is_published_is_drawn(name, tmp_path):
 
 def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplified():
     axes = drawing.figure(height=2.0).subplots()
-    figure_effects.draw_stand_ins(axes, published("effects") | {"tolerance": 0.07})
+    effects.draw_stand_ins(axes, published("effects") | {"tolerance": 0.07})
     assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)
     numbers = {"kept": 4, "cases": 20, "worst_error": 0.2, "simplified": 5, "by_estimate": 1, "slower": 1}
     row = {"sample": "paper", "quantity": "pull_off_force", "tolerance": 0.1, **numbers}
     row |= dict.fromkeys(("full_seconds", "ratio", "seconds"), SPREAD)
     none = row | dict.fromkeys(("kept", "simplified", "slower"), 0) | {"worst_error": None}
     none |= {"full_seconds": UNKNOWN, "ratio": UNKNOWN}
-    some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
+    some, nothing = ([cell(one) for cell in effects.COLUMNS.values()] for one in (row, none))
     assert {"4 of 5", "0.02 (0.06)"} <= set(some)
     assert {"0 of 0", "-"} <= set(nothing)

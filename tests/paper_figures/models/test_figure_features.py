@@ -2,13 +2,13 @@
 
 import pytest
 
-from paper_figures.models import figure_features
+from paper_figures.figures import features
 from tests.paper_figures.results import HISTORY, efficiency
 
 
 def errors(factor):
     levels = {"p50": 1.0 * factor, "p90": 3.0 * factor, "p99": 9.0 * factor}
-    return {"count": 10, **dict.fromkeys(figure_features.READINGS, levels)}
+    return {"count": 10, **dict.fromkeys(features.READINGS, levels)}
 
 
 def trained(mse, factor=None):
@@ -26,7 +26,7 @@ CONTENT = {
 
 
 def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
-    curves, _, pull_off, hysteresis = figure_features.compose(CONTENT, efficiency())["figure-features"].axes
+    curves, _, pull_off, hysteresis = features.figure_features(CONTENT, efficiency())["figure-features"].axes
     # Curves at physical steps have errors of other forces.
     assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
     for axes in (pull_off, hysteresis):
@@ -44,7 +44,7 @@ def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
 
 
 def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
-    rows = figure_features.compose(CONTENT, efficiency())["features"].rows
+    rows = features.figure_features(CONTENT, efficiency())["features"].rows
     floor = ["", ""]
     assert [[row[0], row[2]] for row in rows] == [
         *([name, "uniform"] for name in "ADEF"),
@@ -56,11 +56,11 @@ def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
     assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
     assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
     content = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
-    rows = figure_features.features_table(content).rows
+    rows = features.features_table(content).rows
     assert [(row[0], row[2], row[3]) for row in rows] == [
         ("A", "uniform", "1"),
         *((name, "uniform", "0") for name in "DEF"),
         *((name, "physical", "0") for name in "DF"),
     ]
-    text = figure_features.page_text(CONTENT | {"physical": {"D": trained(0.6, 0.2)}})
+    text = features.page_text(CONTENT | {"physical": {"D": trained(0.6, 0.2)}})
     assert "Not all of these are trained yet: `make feature-sets`." in text

@@ -2,9 +2,8 @@
 
 import pytest
 
-from paper_figures.models import figure_ranking
+from paper_figures.figures import rankings
 from paper_figures.style import drawing, models_style
-from paper_figures.tables import table_ranking
 from surrogate.architectures.naming import names
 from tests.paper_figures.results import comparison, ranking
 
@@ -13,9 +12,9 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
     seeds = dict.fromkeys(names(), 3)
     content = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
-    content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
-    drawn = figure_ranking.compose(content, comparison(names(), by_recipe=["M2-FiLM"]))
-    for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
+    content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in rankings.SHOWN}
+    drawn = rankings.figure_ranking(content, comparison(names(), by_recipe=["M2-FiLM"]))
+    for axes, metric in zip(drawn.axes, rankings.SHOWN, strict=True):
         assert axes.get_yscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
         assert list(points) == names()
@@ -35,12 +34,12 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
 
 def test_tables_and_what_is_made_without_any_seed():
     trained = comparison(["M1-concat"])
-    figure_ranking.compose(ranking({}), trained).draw_without_rendering()
-    assert table_ranking.compose(ranking({}), trained)["ranking"].rows == []
+    rankings.figure_ranking(ranking({}), trained).draw_without_rendering()
+    assert rankings.table_ranking(ranking({}), trained)["ranking"].rows == []
     content = ranking({"M1-concat": 3, "M2-concat": 1})
     content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
     content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
-    first, second = table_ranking.compose(content, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
+    first, second = rankings.table_ranking(content, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
     rows = first.rows
     assert rows[0][:4] == ["M1-concat", "0.002", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
     assert rows[0][-1] == "0.007"

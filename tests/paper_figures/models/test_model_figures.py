@@ -3,27 +3,25 @@
 import numpy as np
 import pytest
 
-from paper_figures.figures import figure_5
-from paper_figures.models import figure_features, figure_learning_curves, figure_mse_mae, figure_plateau
+from paper_figures.figures import features, models
 from paper_figures.style import drawing, models_style
-from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
 from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, ranking
 
 
 def test_what_is_trained_otherwise_is_not_called_untrained(cracks):
     found = outdated(comparison(names()), "M2-FiLM")
-    kept = [figure_mse_mae.compose(found), figure_learning_curves.compose(found)]
-    kept.append(figure_5.compose(found, cracks, efficiency()))
+    kept = [models.figure_mse_mae(found), models.figure_learning_curves(found)]
+    kept.append(models.figure_5(found, cracks, efficiency()))
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
-    text = table_models.compose(found).caption
+    text = models.table_models(found).caption
     assert "M2-FiLM is left out: `make models` trains it again." in text
     assert "ot trained yet" not in text
 
 
 @pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
 def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
-    drawn = figure_mse_mae.compose(comparison(trained))
+    drawn = models.figure_mse_mae(comparison(trained))
     axes = drawn.axes[0]
     plotted = {line.get_label(): line for line in axes.lines if line.get_label() in names()}
     assert list(plotted) == trained
@@ -36,23 +34,23 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
 
 
 def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
-    panels = figure_mse_mae.compose(comparison(names(), ["M1-concat"])).axes
+    panels = models.figure_mse_mae(comparison(names(), ["M1-concat"])).axes
     assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
 
 
 def test_figure_plateau_draws_the_trainings_that_are_published():
     with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
-        figure_plateau.compose(comparison(names()))
+        models.figure_plateau(comparison(names()))
     found = comparison(names(), ["M1-concat"])
     found["beside"]["M1-concat-as-worded"] = {"history": HISTORY | {"learning_rate": [1e-4] * 3}}
-    errors, rates = figure_plateau.compose(found).axes
-    assert [line.get_label() for line in rates.lines] == list(figure_plateau.LOOKS)
+    errors, rates = models.figure_plateau(found).axes
+    assert [line.get_label() for line in rates.lines] == list(models.LOOKS)
     assert [line.get_ydata()[-1] for line in rates.lines] == [5e-5, 1e-4, 5e-5]
     assert all(line.get_ydata().tolist() == HISTORY["validation_mse"] for line in errors.lines)
 
 
 def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
-    curves, sizes, energies, _ = figure_5.compose(comparison(["M1-concat"]), cracks, efficiency()).axes
+    curves, sizes, energies, _ = models.figure_5(comparison(["M1-concat"]), cracks, efficiency()).axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert sizes.lines[-1].get_xydata().tolist() == [[100.0, 2e-2]]
@@ -62,7 +60,7 @@ def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
     assert "1.25 %" in energies.get_title(loc="right")
-    shares = figure_5.compose(comparison(names()), cracks, efficiency()).axes[3]
+    shares = models.figure_5(comparison(names()), cracks, efficiency()).axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [25.0, 0.04], [75.0, 1.0 / 75.0]])
     assert shares.containers[0].get_label() == "mean of 1 or 2 folds"
@@ -70,15 +68,15 @@ def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
 
 
 def test_figures_of_curves_name_what_they_cannot_compare_and_draw_sets_and_shares():
-    for axes in figure_learning_curves.compose(comparison(names())).axes:
+    for axes in models.figure_learning_curves(comparison(names())).axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
     for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
-        drawn = figure_learning_curves.compose(outdated(comparison(trained), *old))
+        drawn = models.figure_learning_curves(outdated(comparison(trained), *old))
         assert [len(axes.lines) for axes in drawn.axes] == lines
         assert "trained with another recipe: " in drawn.get_supxlabel()
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
-    first, second = figure_features.compose({"sets": sets}, efficiency())["figure-features"].axes
+    first, second = features.figure_features({"sets": sets}, efficiency())["figure-features"].axes
     assert len(first.lines) == 8
     assert first.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert [line.get_label() for line in second.lines[::2]] == ["100 %", "75 %", "25 %", "12.5 %"]
@@ -96,7 +94,7 @@ def whiskers(axes):
 
 def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(cracks):
     found, spread = comparison(names()), ranking(SEEDS)
-    kept = figure_mse_mae.compose(found, spread), figure_5.compose(found, cracks, efficiency(), spread)
+    kept = models.figure_mse_mae(found, spread), models.figure_5(found, cracks, efficiency(), spread)
     for axes, x, y, single in (
         (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
         (kept[1].axes[1], None, "test_dtw_rmse", None),
@@ -118,7 +116,7 @@ def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(c
     for drawn in kept:
         assert drawn.get_supxlabel() == NOTE
     found, spread = comparison(names()), ranking(SEEDS)
-    kept = figure_5.compose(found, cracks, efficiency(), spread), figure_learning_curves.compose(found, spread)
+    kept = models.figure_5(found, cracks, efficiency(), spread), models.figure_learning_curves(found, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
         (band,) = axes.collections
         curves = np.array(spread["curves"][name])
@@ -133,7 +131,7 @@ def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(c
 def test_features_of_several_seeds_are_bands_and_rows():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     spread = ranking({"features-C": 2, "features-D": 1})
-    figure, table = figure_features.compose({"sets": sets}, efficiency(), spread).values()
+    figure, table = features.figure_features({"sets": sets}, efficiency(), spread).values()
     labels = [line.get_label() for line in figure.axes[0].lines[::2]]
     assert [label[0] for label in labels] == list("ABCD")
     assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")

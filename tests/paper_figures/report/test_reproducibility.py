@@ -5,8 +5,7 @@ import json
 import pytest
 
 from experiments.places import Places
-from paper_figures.report import reproducibility
-from paper_figures.report.reproducibility import recipe_table
+from paper_figures.report import pages
 from tests.experiments.models import write_model
 
 
@@ -17,12 +16,12 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
         pair["probability"]["test_mse"] = 0.0 if pair["claim"] == "d_better_than_c" else None
     for name, claim in ranked["claims"].items():
         claim |= {"decision": "fails", "first": "C"} if name == "d_better_than_c" else {"decision": "not decided"}
-    text = reproducibility.statements_text(tmp_path, ranked)
+    text = pages.statements_text(tmp_path, ranked)
     assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not")
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
     assert "| not yet: 2 to train | **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
-        Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
+        Places(published=tmp_path).arguments(pages.forces_text, "docs-numbers")
 
 
 def test_the_orders_by_both_recipes_are_stated(tmp_path):
@@ -41,11 +40,11 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
             name: spread | {"test_mse": {"median": mse}} for name, mse in (("M1-concat", 1e-4), ("M3-FiLM", 2e-4))
         },
     }
-    assert recipe_table(tmp_path, ranked) == "None yet."
+    assert pages.recipe_table(tmp_path, ranked) == "None yet."
     trained("M1-concat", 4e-4, ended_by="recipe")
     trained("M3-FiLM", 3e-4, device="a GPU")
     trained("M4-concat", 3e-4)
-    *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
+    *rows, _, text = pages.recipe_table(tmp_path, ranked).splitlines()
     assert [row.split(" | ")[:3] for row in rows[2:]] == [
         ["| M1-concat", "9", "recipe"],
         ["| M3-FiLM", "9", "EPOCHS, on a GPU"],
@@ -59,4 +58,4 @@ def test_hours_by_the_papers_recipe_are_those_of_its_batches(tmp_path):
         write_model(tmp_path / f"{name}-paper", recipe='name = "paper"\nbatch_size = 8\n', **run)
     speed = {"recipe": "swift", "models": {}, "by_paper_recipe": {"M3-FiLM": {"median": 2.0}}}
     # 300 epochs of 6 batches; nothing is known of M1-FiLM.
-    assert reproducibility.hours_text(tmp_path, speed) == "M1-concat 0.033, M3-FiLM 1"
+    assert pages.hours_text(tmp_path, speed) == "M1-concat 0.033, M3-FiLM 1"

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from experiments.paper import architecture_graphs
 from paper_figures.__main__ import save
-from paper_figures.models import figure_architectures
+from paper_figures.figures import architectures
 from surrogate.architectures.naming import FAMILIES
 from surrogate.cli import app as cli
 from surrogate.export import keras_layers
@@ -97,10 +97,10 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     with pytest.raises(ValueError, match=r"--out must name another file for the graphs of .*own\.py; received"):
         architecture_graphs.study(tmp_path / "architecture_graphs.json", architecture=files)
     graphs = architecture_graphs.study(tmp_path / "own.json", architecture=files)
-    save(figure_architectures.compose(graphs, family="Own-1"), "", tmp_path, tmp_path)
+    save(architectures.figure_architectures(graphs, family="Own-1"), "", tmp_path, tmp_path)
     assert (tmp_path / "figure-architecture-Own-1.pdf").stat().st_size > 1000
     with pytest.raises(ValueError, match=r"family must be one of Own-1; .*'M1'"):
-        figure_architectures.compose(graphs, family="M1")
+        architectures.figure_architectures(graphs, family="M1")
     left = {path.name for path in tmp_path.iterdir()}
     drawn = {f"figure-architecture-Own-1.{kind}" for kind in ("pdf", "png")}
     assert left == {"own.py", "fast.toml", "models", "runs", *drawn}

@@ -152,7 +152,7 @@ def draw_shares(axes: Axes, content: dict[str, Any]) -> None:
     axes.legend(loc="upper right", ncols=2)
 
 
-def compose(feature_sets: Any, data_efficiency: Any, ranking: Any = None) -> dict[str, Figure | Table]:
+def figure_features(feature_sets: Any, data_efficiency: Any, ranking: Any = None) -> dict[str, Figure | Table]:
     """Draw the published trainings of both panels, and write the errors of the first panel as a table."""
     rows = 2 if feature_sets.get("floor") else 1
     drawn, panels = drawing.panels(rows, 2, height=2.8 * rows)

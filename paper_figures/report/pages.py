@@ -1,6 +1,7 @@
-"""What a reviewer should conclude: the numbers of `docs/reproducibility.md`, from the published files.
+"""Numbers and tables of pages: docs/reproducibility.md, docs/limits.md and REPRODUCING.md.
 
-`make docs-numbers` writes them into the page. Rankings come from all published seeds.
+`make docs-numbers` writes them into the pages. Rankings come from all published seeds. Other rows of the page of limits
+name a command or a test.
 """
 
 import json
@@ -8,15 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
+from bem.accuracy import resolve_accuracy
 from experiments.common import ended_by_recipe
 from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS
+from experiments.stages import hours_of, read_stages
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from experiments.trainings.training_speed import batch_seconds, training_seconds
-from paper_figures.models.figure_features import LABELS
+from paper_figures.__main__ import captions
+from paper_figures.figures.features import LABELS
+from paper_figures.figures.rankings import chance_text, says
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number, table_rows
-from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
@@ -157,3 +161,85 @@ def hours_text(models: Path, training_speed: Any) -> str:
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
     """Metrics of a model directory, and whether its recipe ended the training."""
     return json.loads((folder / "metrics.json").read_text(encoding="utf-8")), ended_by_recipe(folder)
+
+
+def hard_cases_text(hard_case_map: Any) -> str:
+    """How many random cases in and beyond the paper's box change by more than the target when refined."""
+    target = resolve_accuracy(hard_case_map["accuracy"]).target
+    changes = {
+        where: [row["change"] for row in hard_case_map["map"] if row["where"] == where]
+        for where in ("inside", "beyond")
+    }
+    missed = {where: sum(change > target for change in found) for where, found in changes.items()}
+    beyond = changes["beyond"]
+    return (
+        f"{missed['beyond'] or 'none'} of {len(beyond)} random cases far beyond it at `{hard_case_map['accuracy']}` "
+        f"({100.0 * target:g} %) change by more than the target when refined, at most by {100.0 * max(beyond):.1f} %; "
+        f"{missed['inside'] or 'none'} of {len(changes['inside'])} inside"
+    )
+
+
+def campaign_text(campaign_scale: Any) -> str:
+    """How much faster two processes of a campaign are than one, and what their starts take."""
+    one, two = campaign_scale["runs"]
+    count, start = campaign_scale["count"], campaign_scale["start"]
+    return (
+        f"{one['wall'] / two['wall']:.2f} times over {count:,} trajectories of "
+        f"{1e3 * one['processor'] / count:.0f} ms, "
+        f"starts included; 1.9 was the aim. A worker starts in {start['worker']:.1f} s, the command in "
+        f"{start['command']:.1f} s"
+    )
+
+
+def draft_text(accuracy_cost: Any) -> str:
+    """The errors of the pull-off force at draft accuracy."""
+    errors = next(tool for tool in accuracy_cost["tools"] if tool["setting"] == "draft")["errors"]["pull_off_force"]
+    worst, usual = (number(100.0 * errors[name], 2) for name in ("largest", "p95"))
+    return f"by {usual} % (95th percentile) and by at most {worst} % on {accuracy_cost['protocols']} held-out protocols"
+
+
+def pretrained_text(ways_to_call: Any) -> str:
+    """What one call costs."""
+    seconds = ways_to_call["seconds"]
+    cheaper = seconds["solver"]["batch"] / seconds["fast"]["batch"]
+    return (
+        f"`fast` is {cheaper:.0f} times cheaper than the solver at standard accuracy, and a single call takes "
+        f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms)"
+    )
+
+
+def vertices_text(errors_by_place: Any) -> str:
+    """Coverage and errors at the vertices of the ranges."""
+    corners = {name: one["vertices"] for name, one in errors_by_place["models"].items()}
+    held = " and ".join(f"{corners[name]['inside/pull_off']:.2f} (`{name}`)" for name in ("accurate", "fast"))
+    errors = ", ".join(f"{number(one['pull_off'][1], 2)} % ({name})" for name, one in corners.items())
+    return (
+        f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value "
+        f"in {held} of the cases; the errors at the 90th percentile are {errors}"
+    )
+
+
+def targets() -> str:
+    """Every figure and table with its title, in the order of `captions.toml`."""
+    rows = [[f"`make {name}`", words["title"]] for name, words in captions().items() if "title" in words]
+    return markdown_table(["Target", "Shows"], rows)
+
+
+def stages(published: Path) -> str:
+    """What each stage of the reproduction from scratch does, and its hours; `e` marks an estimate."""
+    known = read_stages()
+    hours = {name: hours_of(name, known, published) for name in known}
+    rows = [
+        [f"`make {name}`", known[name]["does"], f"{value:.2g}{'' if sure else ' e'}"]
+        for name, (value, sure) in hours.items()
+    ]
+    return markdown_table(["Stage", "Does", "Hours"], rows, "llr")
+
+
+def minutes(target_minutes: Any) -> str:
+    """Minutes of all figures and tables, and of the small run from scratch, as they were measured."""
+    spent = target_minutes["minutes"]
+    return (
+        f"All figures and tables take {spent['figures tables']:.1f} minutes, the report included {spent['paper']:.1f}, "
+        f"and `make smoke` {spent['smoke']:.1f}, on {target_minutes['host']}"
+    )

@@ -1,8 +1,6 @@
-"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes.
+"""What each effect costs, where a simpler scene suffices, and what `recommend` saves."""
 
-The figure reads the measurements of `experiments.measurements.effects` and `experiments.measurements.effect_pairs`.
-"""
-
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
+from paper_figures.style.writing import Table, caption, number, percent
 
 STYLES = {
     "Hertz": ("0.5", "-"),
@@ -56,9 +55,9 @@ def draw_ladder(axes: Axes, effect_pairs: dict[str, Any]) -> None:
     """Draw the milliseconds of every scene, one row each, a point for each Tabor parameter."""
     scenes = sorted(effect_pairs["scenes"], key=lambda scene: -max(scene["seconds"]))
     rows = range(len(scenes))
-    for number, tabor in enumerate(effect_pairs["tabor"]):
-        shade = str(0.75 - 0.75 * number / (len(effect_pairs["tabor"]) - 1))
-        each = [1e3 * scene["seconds"][number] for scene in scenes]
+    for index, tabor in enumerate(effect_pairs["tabor"]):
+        shade = str(0.75 - 0.75 * index / (len(effect_pairs["tabor"]) - 1))
+        each = [1e3 * scene["seconds"][index] for scene in scenes]
         axes.plot(each, rows, "o", color=shade, markersize=3, label=rf"$\mu={tabor:g}$")
     axes.set_yticks(rows, labels=[scene["name"] for scene in scenes])
     axes.set(xscale="log", xlabel="processor time of a simulation (ms)")
@@ -114,11 +113,65 @@ def below(axes: Axes) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=2, columnspacing=1.0)
 
 
-def compose(effects: Any, effect_pairs: Any) -> Figure:
-    """Draw the figure."""
+def figure_effects(effects: Any, effect_pairs: Any) -> Figure:
+    """Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes.
+
+    The figure reads the measurements of `experiments.measurements.effects` and `experiments.measurements.effect_pairs`.
+    """
     drawn, panels = drawing.panels(2, 2, height=6.4)
     draw_curves(panels[0], effects["curves"])
     draw_ladder(panels[1], effect_pairs)
     draw_stand_ins(panels[2], effects)
     draw_ranges(panels[3], effects)
     return drawn
+
+
+OVER = {"tabor": r"$\mu$", "decades": "decades of retardation times"}
+
+
+def table_stand_ins(effects: Any) -> Table:
+    """Table: where a simpler scene suffices, from the study `experiments.measurements.effects`."""
+    rows = [
+        [row["stand_in"], row["instead_of"], OVER[row["over"]], *(number(row[name]) for name in ("low", "high"))]
+        for row in effects["safe"]
+    ]
+    words = caption("stand-ins", tolerance=number(100.0 * effects["tolerance"]))
+    return Table(["Stand-in", "Instead of", "Over", "Safe from", "Safe to"], rows, words)
+
+
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Sample": lambda row: row["sample"],
+    "Quantity": lambda row: row["quantity"].replace("pull_off_", "pull-off "),
+    "Tolerance (%)": lambda row: percent(row["tolerance"], 3),
+    "Simplified": lambda row: f"{row['simplified']} of {row['cases']}",
+    "Kept of those simplified": lambda row: f"{row['kept']} of {row['simplified']}",
+    "Worst error (%)": lambda row: percent(row["worst_error"]),
+    "Without comparison": lambda row: f"{row['by_estimate']} of {row['cases']}",
+    "Full (ms)": lambda row: milliseconds(row["full_seconds"]),
+    "Recommended over full, median (largest)": lambda row: ratio_text(row["ratio"]),
+    "Slower": lambda row: f"{row['slower']} of {row['simplified']}",
+    "To recommend (ms)": lambda row: milliseconds(row["seconds"]),
+}
+"""Column heads, and functions that write the cell of one sample; '-' if nothing was simplified."""
+
+
+def milliseconds(seconds: dict[str, float | None]) -> str:
+    """Median seconds in milliseconds; '-' if there are none."""
+    return "-" if seconds["median"] is None else number(1e3 * seconds["median"])
+
+
+def ratio_text(ratio: dict[str, float | None]) -> str:
+    """Median and largest ratio; '-' if there are none."""
+    return "-" if ratio["median"] is None else f"{number(ratio['median'], 2)} ({number(ratio['largest'], 2)})"
+
+
+def table_recommendations(recommendations: Any) -> Table:
+    """Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves.
+
+    The table reads the measurement of `experiments.measurements.recommendations`.
+    """
+    return Table(
+        list(COLUMNS),
+        [[cell(row) for cell in COLUMNS.values()] for row in recommendations["results"]],
+        caption("recommendations", accuracy=number(recommendations["accuracy"]), host=recommendations["host"]),
+    )

@@ -1,8 +1,4 @@
-"""Figure 7: distributions of the held-out errors of pull-off force and hysteresis, and their relation.
-
-Bars are stacked by quartile of the force MSE and show shares of all held-out trajectories. The first bin also holds the
-smaller errors. The model is the one trained by the paper's recipe; a line shows the distribution for ours.
-"""
+"""Figure 7 and the table of quartiles: the held-out errors of the reference model."""
 
 from typing import Any
 
@@ -13,7 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
+from experiments.paper_numbers import paper_rows
 from paper_figures.style import drawing
+from paper_figures.style.writing import Table, caption, number
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.RED)
@@ -80,8 +78,12 @@ def mark_lowest(axis: Axis) -> None:
     )
 
 
-def compose(error_statistics: Any) -> Figure:
-    """Draw figure 7."""
+def figure_7(error_statistics: Any) -> Figure:
+    """Figure 7: distributions of the held-out errors of pull-off force and hysteresis, and their relation.
+
+    Bars are stacked by quartile of the force MSE and show shares of all held-out trajectories. The first bin also holds
+    the smaller errors. The model is the one trained by the paper's recipe; a line shows the distribution for ours.
+    """
     by_paper = error_statistics["by_paper_recipe"]
     shown, ours = (by_paper, error_statistics) if by_paper else (error_statistics, None)
     drawn, panels = drawing.panels(2, 2, height=5.0)
@@ -95,3 +97,38 @@ def compose(error_statistics: Any) -> Figure:
     title = f"{error_statistics['config']['model']} by {recipe} recipe, quartile of the force MSE"
     drawn.legend(handles=marks, loc="outside upper center", ncols=4, title=title)
     return drawn
+
+
+COLUMNS = {
+    "mse": (r"Force MSE ($\times10^{-3}$)", 1e3, 3),
+    "pull_off_force_percent": ("Pull-off force error (%)", 1.0, 2),
+    "hysteresis_percent": ("Hysteresis error (%)", 1.0, 2),
+    "pull_off_time_percent": ("Pull-off time error (%)", 1.0, 2),
+}
+
+
+def table_quartiles(error_statistics: Any) -> Table:
+    """Table: held-out errors by quartile of the force MSE: the paper's, those by its recipe, and those by ours."""
+    paper, rows = {row["quartile"]: row for row in paper_rows("quartiles")}, []
+    by_recipe = {"its recipe": error_statistics["by_paper_recipe"], "our recipe": error_statistics}
+    for name in QUARTILES:
+        sources = {"paper": {c: {part: paper[name][f"{c}_{part}"] for part in ("mean", "sd")} for c in COLUMNS}}
+        sources |= {source: one["quartiles"][name] for source, one in by_recipe.items() if one}
+        for source, one in sources.items():
+            pairs = ([number(f * one[c][part], d) for part in ("mean", "sd")] for c, (_, f, d) in COLUMNS.items())
+            rows.append([name if source == "paper" else "", source, *map(r" $\pm$ ".join, pairs)])
+    medians = (
+        f"{one['overall']['pull_off_force_percent']['median']:.2g} and "
+        f"{one['overall']['hysteresis_percent']['median']:.2g} % by {recipe}"
+        for recipe, one in by_recipe.items()
+        if one
+    )
+    words = caption(
+        "quartiles",
+        model=error_statistics["config"]["model"],
+        trajectories=error_statistics["trajectories"],
+        medians=", ".join(medians),
+        floor=error_statistics["overall"]["resolution_floor_percent"],
+    )
+    header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
+    return Table(header, rows, words)

@@ -1,1 +1,0 @@
-"""Figures of the trained models: architectures, learning curves, inputs, errors and ranking, one module each."""
