@@ -1,5 +1,7 @@
 """The trained models compared: figure 5, learning curves, errors, the rule of the plateau, and the table."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -206,40 +208,24 @@ def figure_5(model_comparison: Any, persson_brener: Any, data_efficiency: Any, r
     return drawn
 
 
-HEADER = [
-    "Model",
-    "Parameters",
-    "Sizes",
-    "MSE",
-    "MAE",
-    "DTW-RMSE",
-    "NMAE, median (%)",
-    "Pull-off, median (%)",
-    "Hysteresis, median (%)",
-    "Recipe",
-    "Trajectories",
-    "Epochs",
-    "Core seconds",
-    "Batch (ms)",
-]
-MEDIANS = ("nmae", "pull_off_force", "hysteresis")
-
-
-def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
-    """One row for a model, named as it is published."""
-    sizes = drawing.paper_values("structure")["sizes"].get(name.split("-")[0])
-    return [
-        name,
-        f"{found['parameters']:,}",
-        sizes["how"] if sizes else "-",
-        *(number(found[metric], 3) for metric in ("mse", "mae", "dtw_rmse")),
-        *(number(found["test"][f"{name}_percent"]["median"], 2) for name in MEDIANS),
-        found["recipe"]["name"],
-        f"{found['training_trajectories']:,}",
-        str(found["epochs"]),
-        "on a GPU" if found["core_seconds"] is None else f"{found['core_seconds']:.0f}",
-        batch,
-    ]
+MEANS = {"mse": "MSE", "mae": "MAE", "dtw_rmse": "DTW-RMSE"}
+MEDIANS = {"nmae": "NMAE", "pull_off_force": "Pull-off", "hysteresis": "Hysteresis"}
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Model": lambda one: one["name"],
+    "Parameters": lambda one: f"{one['parameters']:,}",
+    "Sizes": lambda one: drawing.paper_values("structure")["sizes"].get(one["name"].split("-")[0], {}).get("how", "-"),
+    **{head: lambda one, name=name: number(one[name]) for name, head in MEANS.items()},
+    **{
+        f"{head}, median (%)": lambda one, name=name: number(one["test"][f"{name}_percent"]["median"], 2)
+        for name, head in MEDIANS.items()
+    },
+    "Recipe": lambda one: one["recipe"]["name"],
+    "Trajectories": lambda one: f"{one['training_trajectories']:,}",
+    "Epochs": lambda one: str(one["epochs"]),
+    "Core seconds": lambda one: "on a GPU" if one["core_seconds"] is None else f"{one['core_seconds']:.0f}",
+    "Batch (ms)": lambda one: one["batch"],
+}
+"""Column heads, and functions that write the cell of one model, named as it is published."""
 
 
 def table_models(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
@@ -264,13 +250,16 @@ def table_models(model_comparison: Any, training_speed: Any = None, model_forces
     theirs = (training_speed or {}).get("by_paper_recipe", {}).items()
     batches |= {PAPER_TRAINED[name]: number(1e3 * one["median"], 2) for name, one in theirs}
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
-    paper = drawing.paper_values("reference_model")
-    errors = [number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")]
-    errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
-    cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]]
+    shown = []
     for name in ranking:
         both = {PAPER_TRAINED[name]: by_recipe.get(name), name: model_comparison["models"][name]}
-        cells += [row(label, one, batches.get(label, "-")) for label, one in both.items() if one]
-    shown = {one[0] for one in cells}
-    cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]
-    return Table(HEADER, cells, words.strip())
+        shown += [one | {"name": label, "batch": batches.get(label, "-")} for label, one in both.items() if one]
+    named = {one["name"] for one in shown}
+    beside = model_comparison["beside"].items()
+    shown += [one | {"name": name, "batch": "-"} for name, one in beside if name not in named]
+    paper = drawing.paper_values("reference_model")
+    errors = [number(paper[name]) for name in MEANS]
+    errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
+    stated = [f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]
+    table = Table.of(COLUMNS, shown, words.strip())
+    return replace(table, rows=[stated, *table.rows])

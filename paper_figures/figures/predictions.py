@@ -161,8 +161,7 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
 def table_protocols_canonical(canonical_regimes: Any) -> Table:
     """Table: the twelve canonical protocols, with the seconds of solver and surrogate, here and in the paper."""
     words = caption("protocols-canonical", config=canonical_regimes["config"], times=canonical_regimes["times"])
-    rows = [[cell(one) for cell in COLUMNS.values()] for one in canonical_regimes["regimes"]]
-    return Table(list(COLUMNS), rows, words)
+    return Table.of(COLUMNS, canonical_regimes["regimes"], words)
 
 
 CRACKS = {

@@ -170,8 +170,5 @@ def table_recommendations(recommendations: Any) -> Table:
 
     The table reads the measurement of `experiments.measurements.recommendations`.
     """
-    return Table(
-        list(COLUMNS),
-        [[cell(row) for cell in COLUMNS.values()] for row in recommendations["results"]],
-        caption("recommendations", accuracy=number(recommendations["accuracy"]), host=recommendations["host"]),
-    )
+    words = caption("recommendations", accuracy=number(recommendations["accuracy"]), host=recommendations["host"])
+    return Table.of(COLUMNS, recommendations["results"], words)

@@ -1,9 +1,11 @@
 """Tables as Markdown, CSV and LaTeX from the same cells, and how numbers are written in them."""
 
+from __future__ import annotations
+
 import csv
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,8 +31,10 @@ def median_and_p95(error: Mapping[str, float | None]) -> str:
     return "-" if error["median"] is None else f"{percent(error['median'])} / {percent(error['p95'])}"
 
 
-def milliseconds(seconds: Mapping[str, float]) -> str:
-    """Median of seconds and, in brackets, its quartiles, in milliseconds."""
+def milliseconds(seconds: Mapping[str, Any]) -> str:
+    """Median of seconds and, in brackets, its quartiles, in milliseconds; '-' if there is none."""
+    if seconds["median"] is None:
+        return "-"
     median, low, high = (number(1e3 * seconds[name]) for name in ("median", "low", "high"))
     return f"{median} ({low}-{high})"
 
@@ -68,6 +72,11 @@ class Table:
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Callable[[Any], str]], rows: Iterable[Any], caption: str) -> Table:
+        """A table with a row for each of `rows`, of column heads and the functions that write a cell of a row."""
+        return cls(list(columns), [[cell(row) for cell in columns.values()] for row in rows], caption)
 
     def page(self, align: str = "") -> str:
         """The table and its caption for a page of the documentation; `align` as for `markdown_table`."""

@@ -1,4 +1,4 @@
-"""M1: two LSTM layers. The parameter counts are those of the paper."""
+"""M1: two LSTM layers."""
 
 from __future__ import annotations
 

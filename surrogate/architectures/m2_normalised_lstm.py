@@ -1,7 +1,4 @@
-"""M2: two LSTM layers, each followed by layer normalisation.
-
-The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
-"""
+"""M2: two LSTM layers, each followed by layer normalisation."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""M3: two causal convolutions before one LSTM layer.
-
-The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
-"""
+"""M3: two causal convolutions before one LSTM layer."""
 
 from __future__ import annotations
 

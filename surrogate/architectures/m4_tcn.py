@@ -1,4 +1,4 @@
-"""M4: four residual blocks of dilated causal convolutions. The parameter counts are those of the paper.
+"""M4: four residual blocks of dilated causal convolutions.
 
 The receptive field is 1 + 2 (3 - 1) (1 + 2 + 4 + 8) = 61 steps.
 """

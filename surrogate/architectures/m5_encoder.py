@@ -1,8 +1,7 @@
 """M5: a transformer encoder.
 
 The paper calls M5 an encoder, so each step attends to all steps, and the model is not causal: it needs the whole
-history. There is no positional encoding; the time channel increases along each history. The paper does not state the
-parameter counts; they follow from its description (`docs/surrogate-models.md`).
+history. There is no positional encoding; the time channel increases along each history.
 """
 
 from __future__ import annotations

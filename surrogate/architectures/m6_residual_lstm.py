@@ -1,7 +1,4 @@
-"""M6: the normalised sum of two LSTM layers, then a third.
-
-The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
-"""
+"""M6: the normalised sum of two LSTM layers, then a third."""
 
 from __future__ import annotations
 

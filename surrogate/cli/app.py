@@ -20,7 +20,7 @@ from surrogate.cli.export import export
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.prediction.files import find_model, model_roots
 from surrogate.training.model_directory import model_name, require_place
-from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
+from surrogate.training.queue import STOP_FILE, STOPPED, run_queue, stop_request
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -130,7 +130,7 @@ def train(
     progress = execute(
         run,
         runs / run.name,
-        should_stop=StopRequest(runs),
+        should_stop=stop_request(runs),
         report=print_epoch,
         log=typer.echo,
         command=shlex.join(["surrogate", *sys.argv[1:]]),

@@ -1,4 +1,4 @@
-"""Captions beside figures, and what is said where a result is missing."""
+"""Captions beside figures, what is said where a result is missing, and how models look and are named."""
 
 import inspect
 import json
@@ -10,8 +10,9 @@ import pytest
 from experiments.places import FOLDERS, Places
 from paper_figures.__main__ import caption, function_of, main, modules, save
 from paper_figures.figures import models
-from paper_figures.style import drawing
+from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table
+from surrogate.architectures.naming import names
 from tests.paper_figures.results import comparison
 from tests.processes import ROOT
 
@@ -84,3 +85,38 @@ def test_learning_curves_are_drawn_where_a_model_with_them_is_published():
 def test_a_result_that_no_module_makes_is_to_be_restored(tmp_path):
     with pytest.raises(FileNotFoundError, match="restore it from the repository"):
         Places(tmp_path, tmp_path).read("step_length", "docs-numbers")
+
+
+def test_each_model_looks_the_same_everywhere_and_none_like_the_papers():
+    looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in names()}
+    assert len(looks) == 18
+    assert models_style.marker("M1-concat")["marker"] == "^"
+    assert models_style.color("M1-concat") == drawing.BLUE
+    ours = {drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE, drawing.SKY, drawing.BLACK}
+    assert drawing.PAPER not in ours
+    assert models_style.paper_marker("M1-concat")["markeredgecolor"] == drawing.PAPER
+
+
+def test_missing_models_are_named():
+    assert models_style.missing_note([]) == ""
+    missing = ["M1-gated", *(f"M2-{c}" for c in ("concat", "FiLM", "gated"))]
+    note = "not trained yet, 4 of 18: M1-gated, all of M2"
+    assert models_style.missing_note(missing) == note
+    differences = {name: ["recipe"] for name in ("M3-FiLM", "M4-FiLM", "M1-concat-8-epochs")} | {"M6-FiLM": ["split"]}
+    assert models_style.missing_note(missing, differences) == (
+        f"{note}; trained with another recipe: M3-FiLM, M4-FiLM; trained with another split: M6-FiLM"
+    )
+    assert models_style.missing_note([], {"M3-FiLM": ["recipe", "backend"]}) == (
+        "trained with another recipe and backend: M3-FiLM"
+    )
+
+
+def test_seeds_are_stated_once_if_all_models_have_the_same_number():
+    def ranked(**seeds):
+        return {"models": {name: [{}] * count for name, count in seeds.items()}}
+
+    drawn = ["M1-concat", "M1-FiLM"]
+    same, other = (ranked(**{"M1-concat": 3, "M1-FiLM": count}) for count in (3, 0))
+    assert models_style.spread_line(same, drawn) == "median, least and largest of 3 seeds each"
+    assert models_style.spread_line(other, drawn) == "median, least and largest of 3 or 1 seeds each"
+    assert models_style.spread_line(ranked(**{"M1-concat": 1}), drawn) == ""

@@ -1,13 +1,16 @@
-"""Every figure is fit for print: its width, the size of its texts, no two of them on each other, and its colours."""
+"""Every figure is fit for print: width, size of texts, no two of them on each other, colours; and tables compile."""
 
+import shutil
+import subprocess
 from itertools import combinations
 
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
 from bem.plots import COLOURS
 from experiments.places import Places
-from paper_figures.__main__ import function_of, modules
+from paper_figures.__main__ import function_of, modules, save
 from paper_figures.style import drawing
 from tests.paper_figures import printed
 from tests.processes import ROOT
@@ -65,3 +68,30 @@ def test_only_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(largest, 
     ticks = axes.get_xticks()
     assert 10.0 in ticks
     assert ({2.0, 5.0} <= set(ticks)) == between
+
+
+PACKAGES = r"\usepackage[textwidth=180mm]{geometry}\usepackage{booktabs,tabularx}"
+HEAD = rf"\documentclass[a4paper]{{article}}{PACKAGES}\begin{{document}}"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed")
+def test_the_tables_compile_within_the_width_of_the_text(tmp_path, monkeypatch):
+    monkeypatch.setattr("paper_figures.style.drawing.save", lambda *_: None)
+    for name in modules():
+        try:
+            composed = function_of(name)
+            results = Places(ROOT / "results", ROOT / "published").arguments(composed, name)
+        except FileNotFoundError:
+            continue
+        if name != "figure-architectures" and composed.__annotations__["return"] is not Figure:
+            save(composed(**results), name, tmp_path, tmp_path)
+    names = sorted(path.stem for path in tmp_path.glob("*.tex"))
+    assert len(names) > 10
+    body = "\n".join(rf"\input{{{name}}}\clearpage" for name in names)
+    (tmp_path / "all.tex").write_text(f"{HEAD}\n{body}\n\\end{{document}}\n", encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace", check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    wide = [line for line in done.stdout.splitlines() if line.startswith(r"Overfull \hbox")]
+    assert wide == []

@@ -1,18 +1,115 @@
-"""An architecture of a user's own: trained, evaluated, exported and listed without touching the package."""
+"""Architectures of a user's own: registered, refused, trained, evaluated, exported, listed and drawn."""
 
 import hashlib
 import json
 import sys
+from pathlib import Path
 
+import keras
 import pytest
+from keras import layers
 from typer.testing import CliRunner
 
+import surrogate
 from experiments.paper import architecture_graphs
 from paper_figures.__main__ import save
 from paper_figures.figures import architectures
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor
 from surrogate.architectures.naming import FAMILIES
+from surrogate.architectures.registry import load_architectures, source_of
 from surrogate.cli import app as cli
 from surrogate.export import keras_layers
+
+
+def build_narrow(conditioning, features, name):
+    sequence, tabor = inputs(features)
+    return keras.Model([sequence, tabor], readout(AppendTabor()(sequence, tabor)), name=name)
+
+
+def build_otherwise(conditioning, channels):
+    return None
+
+
+def test_a_registered_family_stands_beside_the_eighteen():
+    surrogate.register("M7", build_narrow)
+    surrogate.register("My-own.2", build_narrow, conditionings=("gated",))
+    assert surrogate.names()[18:] == ["M7-concat", "M7-FiLM", "M7-gated", "My-own.2-gated"]
+    assert surrogate.build("My-own.2-gated", features="A").input_shape == [(None, None, 2), (None, 1)]
+    assert source_of("M7-FiLM").name == Path(__file__).name
+    assert source_of("M1-concat") is None
+    with pytest.raises(ValueError, match=r"M6-gated, M7-concat, .*name='M8-concat'"):
+        surrogate.build("M8-concat")
+
+
+@pytest.mark.parametrize(
+    ("family", "builder", "options", "words"),
+    [
+        ("M1", build_narrow, {}, "Expected a family other than M1, M2, .*family='M1'"),
+        ("../M7", build_narrow, {}, r"FAMILY-CONDITIONING of at most 64 letters.*'\.\./M7-concat'"),
+        ("M7", build_narrow, {"conditionings": ["none"]}, r"Expected conditionings of concat, FiLM, gated.*\['none'\]"),
+        ("M7", build_narrow, {"conditionings": []}, r"Expected conditionings of concat.*\[\]"),
+        (
+            "M7",
+            build_otherwise,
+            {},
+            r"builder\(conditioning=\.\.\., features=\.\.\., name=\.\.\.\)",
+        ),
+        ("M7", "lstm", {}, "Expected a builder .*'lstm'"),
+    ],
+)
+def test_architectures_that_cannot_be_registered(family, builder, options, words):
+    before = surrogate.names(), dict(FAMILIES)
+    with pytest.raises(ValueError, match=words):
+        surrogate.register(family, builder, **options)
+    assert (surrogate.names(), FAMILIES) == before
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda **_: None,
+        lambda features, **_: keras.Model(*[inputs(features)[0]] * 2),
+        lambda features, **_: keras.Model(inputs(features)[::-1], layers.Dense(1)(keras.Input((None, 3)))),
+        lambda features, **_: (lambda both: keras.Model([*both], layers.Dense(2)(both[0])))(inputs(features)),
+    ],
+    ids=["nothing", "one input", "other order", "two forces"],
+)
+def test_a_builder_of_something_else_is_refused(build):
+    def builder(conditioning, features, name):
+        try:
+            return build(conditioning=conditioning, features=features, name=name)
+        except ValueError:  # Keras refuses some of them itself
+            return None
+
+    surrogate.register("M7", builder)
+    with pytest.raises(
+        ValueError, match=r"^Expected a functional keras\.Model of the inputs .* Received as M7-concat: "
+    ):
+        surrogate.build("M7-concat")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = 1", "which does not$"),
+        ('raise ValueError("\\0")'.replace("\\0", "\0"), "which fails: "),
+        ("import surrogate\n\nsurrogate.register('M1', print)", "which fails in line 3: ValueError: Expected a family"),
+        ("def (", "which fails in line 1: SyntaxError: "),
+        ("import no_such_library", "which fails in line 1: ModuleNotFoundError: No module named 'no_such_library'"),
+        ("raise KeyError('x' * 10_000)", "which fails in line 1: KeyError: "),
+        ("import sys\nsys.exit()", "which fails in line 2: SystemExit"),
+    ],
+)
+def test_a_file_that_registers_nothing_is_one_sentence(text, words, tmp_path):
+    (tmp_path / "own.py").write_text(text)
+    expected = rf"^Expected a Python file that calls surrogate\.register\. Received: .*own\.py, {words}"
+    with pytest.raises(ValueError, match=expected) as refused:
+        load_architectures([tmp_path / "own.py"])
+    assert len(str(refused.value)) < 600
+    with pytest.raises(FileNotFoundError, match=r"Received: .*none\.py, which does not exist"):
+        load_architectures([tmp_path / "none.py"])
+
 
 OWN = '''
 import keras

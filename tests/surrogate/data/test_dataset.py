@@ -9,6 +9,7 @@ import pytest
 from bem.dataset.designs import QUANTITIES
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import scaled_examples
+from surrogate.data.scaling import symlog
 from surrogate.training import runs
 from tests.data_files import editing
 from tests.surrogate.conftest import scaling_of
@@ -69,6 +70,8 @@ def test_statistics_ignore_what_is_held_out(dataset, copy):
             file["fms/force"][index] = 1e6
             file["protocols/tabor"][index] = 50.0
     before, after = scaling_of(dataset), scaling_of(TrajectoryDataset.load(copy), split=split)
+    tabor = symlog(dataset.protocols["tabor"][split.train])
+    assert before.tabor == pytest.approx((tabor.mean(), tabor.std()))
     assert replace(after, dataset_sha256=before.dataset_sha256) == before
 
 

@@ -86,38 +86,34 @@ OTHER = {
 }
 
 
-@pytest.mark.parametrize("name", OTHER)
-def test_every_quantity_tells_two_trainings_apart(name, wanted):
-    other = replace(wanted, **{name: OTHER[name]})
-    assert len(differences(other, wanted)) == 1
-    assert len(facts_that_differ(other.fingerprint, wanted.fingerprint)) == 1
-    assert (differences(other, wanted, ALIKE) == []) == (name == "backend" or name.startswith("architecture"))
-    assert (other.digest == wanted.digest) == (name == "backend")
-    assert len(EVERYTHING) == len(OTHER)
-
-
-def test_the_digest_is_the_one_that_published_results_hold(wanted):
-    content = {"dataset": wanted.dataset, "parts": wanted.split.parts, "recipe": RECIPE.as_dict(), "backend": ""}
-    content |= {"features": "D", "architecture": "M1-concat", "extra": None}
-    assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
 def write_checkpoint(folder, identity):
     folder.mkdir(exist_ok=True)
     save_progress(folder, Progress(), identity.fingerprint)
 
 
 @pytest.mark.parametrize("name", OTHER)
-def test_work_of_another_training_is_set_aside(name, wanted, tmp_path):
+def test_every_quantity_tells_two_trainings_apart_and_their_work_is_set_aside(name, wanted, tmp_path):
+    other = replace(wanted, **{name: OTHER[name]})
+    assert len(differences(other, wanted)) == 1
+    assert len(facts_that_differ(other.fingerprint, wanted.fingerprint)) == 1
+    assert (differences(other, wanted, ALIKE) == []) == (name == "backend" or name.startswith("architecture"))
+    assert (other.digest == wanted.digest) == (name == "backend")
+    assert len(EVERYTHING) == len(OTHER)
     folder = tmp_path / "run"
     assert set_aside(folder, wanted) is None
     write_checkpoint(folder, wanted)
     assert set_aside(folder, wanted) is None
-    write_checkpoint(folder, replace(wanted, **{name: OTHER[name]}))
+    write_checkpoint(folder, other)
     # Another backend is refused when the training resumes.
     aside = None if name == "backend" else tmp_path / "run.outdated-1"
     assert set_aside(folder, wanted) == aside
     assert folder.exists() == (aside is None)
+
+
+def test_the_digest_is_the_one_that_published_results_hold(wanted):
+    content = {"dataset": wanted.dataset, "parts": wanted.split.parts, "recipe": RECIPE.as_dict(), "backend": ""}
+    content |= {"features": "D", "architecture": "M1-concat", "extra": None}
+    assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 @pytest.mark.parametrize(("recipe", "aside"), [("paper", False), ("swift", True)])

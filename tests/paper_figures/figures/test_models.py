@@ -1,9 +1,9 @@
-"""What the figures that compare models, feature sets and shares of the data plot, from small result files."""
+"""What figures and tables of models, seeds, feature sets and shares of the data show, from small result files."""
 
 import numpy as np
 import pytest
 
-from paper_figures.figures import features, models
+from paper_figures.figures import features, models, rankings
 from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import FAMILIES, names
 from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, ranking
@@ -140,3 +140,108 @@ def test_features_of_several_seeds_are_bands_and_rows():
     assert [row[2:4] for row in rows] == [["uniform", "1"], ["uniform", "1"], ["uniform", "2"], ["uniform", "1"]]
     assert rows[0][4:] == ["0.1", "0.2", "-", "-"]
     assert rows[2][4:6] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
+
+
+def test_every_seed_is_a_point_and_every_interval_a_bar():
+    seeds = dict.fromkeys(names(), 3)
+    content = ranking(seeds)
+    # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
+    content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in rankings.SHOWN}
+    drawn = rankings.figure_ranking(content, comparison(names(), by_recipe=["M2-FiLM"]))
+    for axes, metric in zip(drawn.axes, rankings.SHOWN, strict=True):
+        assert axes.get_yscale() == "log"
+        points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
+        assert list(points) == names()
+        (theirs,) = [line for line in axes.lines if line.get_markeredgecolor() == drawing.BLACK]
+        assert theirs.get_color() == models_style.color("M2-FiLM")
+        for name, line in points.items():
+            assert line.get_ydata().tolist() == [row[metric] for row in content["models"][name]]
+            assert line.get_color() == models_style.color(name)
+        bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
+        low, high = axes.get_ylim()
+        ends = [content["spread"][name][metric] for name in names()]
+        assert bars == [pytest.approx((one["low"], one["high"])) for one in ends]
+        assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high < 1e3
+        assert not axes.texts
+    assert drawn.get_supxlabel() == ""
+
+
+def test_tables_and_what_is_made_without_any_seed():
+    trained = comparison(["M1-concat"])
+    rankings.figure_ranking(ranking({}), trained).draw_without_rendering()
+    assert rankings.table_ranking(ranking({}), trained)["ranking"].rows == []
+    content = ranking({"M1-concat": 3, "M2-concat": 1})
+    content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
+    content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
+    first, second = rankings.table_ranking(content, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
+    rows = first.rows
+    assert rows[0][:4] == ["M1-concat", "0.002", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
+    assert rows[0][-1] == "0.007"
+    assert rows[1][:4] == ["M2-concat", "-", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
+    assert len(rows) == 2
+    assert "M3-FiLM/seed-0 is left out, because." in first.caption
+    assert second.rows == [
+        ["best model", "M1-concat first", "2 of 3", "-", "not decided"],
+        ["", "M1-concat before M2-concat", "3 and 3", "0.500", "tie"],
+        ["", "M1-concat before M3-concat", "3 and 3", "> 0.999", "holds"],
+    ]
+
+
+def hidden_errors(factor):
+    levels = {"p50": 1.0 * factor, "p90": 3.0 * factor, "p99": 9.0 * factor}
+    return {"count": 10, **dict.fromkeys(features.READINGS, levels)}
+
+
+def trained_on(mse, factor=None):
+    one = {"validation_mse": mse, "mse": 2.0 * mse, "history": HISTORY}
+    return one if factor is None else one | {"hidden": hidden_errors(factor)}
+
+
+CONTENT = {
+    "command": "python -m experiments feature_sets",
+    "config": {"sets": ["A", "D", "E", "F"], "physical": ["D", "F"]},
+    "sets": {"A": trained_on(0.8), "D": trained_on(0.4, 0.8), "E": trained_on(0.3, 0.7), "F": trained_on(0.1, 0.4)},
+    "physical": {"D": trained_on(0.6, 0.2), "F": trained_on(0.2, 0.1)},
+    "floor": {"uniform": hidden_errors(0.05), "physical": hidden_errors(0.01)},
+}
+
+
+def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
+    curves, _, pull_off, hysteresis = features.figure_features(CONTENT, efficiency())["figure-features"].axes
+    # Curves at physical steps have hidden_errors of other forces.
+    assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
+    for axes in (pull_off, hysteresis):
+        assert [tick.get_text() for tick in axes.get_xticklabels()] == ["solver's\nforces", "D", "E", "F"]
+        marks = [line for line in axes.lines if line.get_marker() != "None"]
+        assert [line.get_ydata()[0] for line in marks] == pytest.approx([0.05, 0.8, 0.7, 0.4, 0.01, 0.2, 0.1])
+        assert [round(line.get_xdata()[0]) for line in marks] == [0, 1, 2, 3, 0, 1, 3]
+        bars = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() == "None"]
+        assert bars[1] == pytest.approx([0.8, 2.4])
+    words = [text.get_text() for text in pull_off.get_legend().get_texts()]
+    assert words == ["uniform steps", "physical steps"]
+    colors = {line.get_color() for line in marks[:4]}, {line.get_color() for line in marks[4:]}
+    assert [len(found) for found in colors] == [1, 1]
+    assert colors[0] != colors[1]
+
+
+def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
+    rows = features.figure_features(CONTENT, efficiency())["features"].rows
+    floor = ["", ""]
+    assert [[row[0], row[2]] for row in rows] == [
+        *([name, "uniform"] for name in "ADEF"),
+        *([name, "physical"] for name in "DF"),
+        *(["", kind] for kind in ("uniform", "physical")),
+    ]
+    assert [row[3] for row in rows] == ["1"] * 6 + floor
+    assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
+    assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
+    assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
+    content = CONTENT | {"sets": {"A": trained_on(0.8)}, "physical": {}, "floor": {}}
+    rows = features.features_table(content).rows
+    assert [(row[0], row[2], row[3]) for row in rows] == [
+        ("A", "uniform", "1"),
+        *((name, "uniform", "0") for name in "DEF"),
+        *((name, "physical", "0") for name in "DF"),
+    ]
+    text = features.page_text(CONTENT | {"physical": {"D": trained_on(0.6, 0.2)}})
+    assert "Not all of these are trained yet: `make feature-sets`." in text

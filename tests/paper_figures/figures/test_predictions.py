@@ -1,10 +1,11 @@
-"""What the figures of the reference model's predictions and errors plot, from small result files."""
+"""What the figures and tables of predictions and their errors show, from small result files."""
 
 import pytest
 from matplotlib.colors import to_rgba
 
-from paper_figures.figures import predictions, quartiles
+from paper_figures.figures import models, predictions, quartiles
 from paper_figures.style import drawing, models_style
+from tests.paper_figures.results import comparison
 
 
 def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes, errors):
@@ -66,3 +67,38 @@ def test_figure_fms_transfer_and_its_numbers():
     axes = drawing.figure(height=2.0).subplots()
     predictions.draw_test_set(axes, rounded | {"trajectories": 3}, "black")
     assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]
+
+
+def test_tables(regimes, errors, cracks):
+    first = ["(1)", "10", "1", "200", "0.2", "5", "658", "0.01", "0.12", "0.1", "0.006", "8.0e-04", "1.5", "0.5"]
+    assert predictions.table_protocols_canonical(regimes).rows[0] == first
+    rows = quartiles.table_quartiles(errors).rows
+    assert rows[0][:3] == ["Q1", "paper", r"0.0853 $\pm$ 0.0229"]
+    assert rows[1][:3] == ["", "our recipe", r"2 $\pm$ 1"]
+    both = quartiles.table_quartiles(errors | {"by_paper_recipe": errors}).rows
+    assert [row[1] for row in both[:4]] == ["paper", "its recipe", "our recipe", "paper"]
+    overall = {"pull_off_force_percent": {"median": 1.5}, "hysteresis_percent": {"median": 0.7}}
+    caption = quartiles.table_quartiles(errors | {"overall": errors["overall"] | overall}).caption
+    assert "1.5 and 0.7 % by our recipe" in caption
+    table = predictions.table_persson_brener(cracks)
+    assert table.rows[1] == ["2", "1", "2", "2.2", "2", "2.1", "2.2", "2.3"]
+    assert "1.25 % beyond" in table.caption
+    assert "surrogate 1.0 % and 3.0 %" in table.caption
+    speed = {"models": {"M1-concat": {"seconds_per_batch": {"median": 0.361}}}}
+    rows = models.table_models(comparison(["M1-concat"]), speed).rows
+    theirs = ["5.00e-04", "0.0092", "0.0148", "-", "2.2", "1.1"]
+    assert rows[0] == ["M1-concat, paper", "473,729", "-", *theirs, *["-"] * 5]
+    errors = ["0.001", "0.01", "0.02", "0.7", "2", "2"]
+    assert rows[1] == ["M1-concat", "100,000", "stated", *errors, "swift", "9,960", "3", "1800", "360"]
+    assert rows[2] == ["M1-concat-large", "100,000", "stated", *errors, "swift", "120,000", "3", "1800", "-"]
+    unmeasured = models.table_models(comparison(["M1-concat"]))
+    assert [unmeasured.header[at] for at in (0, 3, -1)] == ["Model", "MSE", "Batch (ms)"]
+    assert unmeasured.rows[1][-1] == "-"
+    assert "17 of 18" in unmeasured.caption
+    both = comparison(["M2-FiLM", "M1-concat"], by_recipe=["M1-concat"])
+    both["beside"]["M1-concat-paper"]["core_seconds"] = None  # trained on a GPU
+    rows = models.table_models(both, speed | {"by_paper_recipe": {"M1-concat": {"median": 0.05}}}).rows
+    # In the order of the ranking, by the paper's recipe first.
+    assert [row[0] for row in rows[1:]] == ["M2-FiLM", "M1-concat-paper", "M1-concat", "M1-concat-large"]
+    assert [row[2] for row in rows[1:3]] == ["guessed", "stated"]
+    assert [row[-2:] for row in rows[2:4]] == [["on a GPU", "50"], ["1800", "360"]]

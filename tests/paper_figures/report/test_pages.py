@@ -1,4 +1,4 @@
-"""The numbers of the page for reviewers, from what is published, with other verdicts in it."""
+"""The numbers of pages, from made-up measurements and from what is published, with other verdicts in it."""
 
 import json
 
@@ -7,6 +7,24 @@ import pytest
 from experiments.places import Places
 from paper_figures.report import pages
 from tests.experiments.models import write_model
+
+
+def test_limits_are_counted_and_compared():
+    changes = {"inside": (0.001, 0.002), "beyond": (0.0041, 0.03, 0.0039)}
+    rows = [{"where": where, "change": change} for where, found in changes.items() for change in found]
+    text = pages.hard_cases_text({"accuracy": "standard", "map": rows})
+    assert text.startswith("2 of 3 random cases far beyond it at `standard` (0.4 %)")
+    assert text.endswith("at most by 3.0 %; none of 2 inside")
+    runs = [{"wall": 9.0, "processor": 8.0}, {"wall": 5.0, "processor": 8.0}]
+    text = pages.campaign_text({"runs": runs, "count": 2000, "start": {"command": 0.3, "worker": 0.5}})
+    assert text.startswith("1.80 times over 2,000 trajectories of 4 ms")
+    assert text.endswith("A worker starts in 0.5 s, the command in 0.3 s")
+    tools = [
+        {"setting": name, "errors": {"pull_off_force": {"p95": p95, "largest": 2 * p95}}}
+        for name, p95 in (("0.05", 0.07), ("draft", 0.008))
+    ]
+    text = pages.draft_text({"tools": tools, "protocols": 9})
+    assert text == "by 0.8 % (95th percentile) and by at most 1.6 % on 9 held-out protocols"
 
 
 def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_result(tmp_path):
