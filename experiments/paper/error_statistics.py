@@ -86,8 +86,8 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     """
     errors = read_errors(folder / "test_errors.csv")
     require_dataset(folder, dataset)
-    held_out = read_identity(folder).parts["test"]
-    if tuple(errors["trajectory"].astype(int)) != held_out:
+    held_out = read_identity(folder).split.test
+    if not np.array_equal(errors["trajectory"], held_out):
         raise ValueError(
             f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
             f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them again"

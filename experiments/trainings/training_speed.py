@@ -32,7 +32,8 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     import keras
 
     import surrogate
-    from surrogate.training.fitting import compile_by, with_fused_lstm
+    from surrogate.training.fitting import compile_by
+    from surrogate.training.torch_lstm import with_fused_lstm
 
     keras.utils.clear_session()
     model = with_fused_lstm(surrogate.build(name))

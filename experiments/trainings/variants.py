@@ -16,7 +16,7 @@ import typer
 
 from experiments.paper.model_comparison import read_model
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.training.identity import TrainingIdentity, differences, read_identity
+from surrogate.training.identity import Run, TrainingIdentity, differences, read_identity
 from surrogate.training.model_directory import model_name
 from surrogate.training.queue import STOPPED, run_queue
 from surrogate.training.recipe import Recipe
@@ -69,7 +69,7 @@ class Variant:
         """Identity of the training, the backend excepted."""
         recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
         split = data.split().with_fraction(self.fraction, self.fold)
-        return TrainingIdentity.of(self.architecture, data, split, recipe, features=self.features)
+        return Run(self.architecture, data, split, recipe, self.features).identity
 
 
 def train_variants(

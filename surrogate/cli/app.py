@@ -21,7 +21,7 @@ from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.prediction.files import BANDED, find_model, model_roots
 from surrogate.training.model_directory import model_name, require_place
-from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
+from surrogate.training.queue import STOP_FILE, STOPPED, run_queue, stop_request
 from surrogate.training.recipe import Recipe
 
 app = typer.Typer(
@@ -101,14 +101,21 @@ def train(
     load_architectures(architecture or ())
     split_name(name)
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import TrainingIdentity, trained_otherwise
+    from surrogate.training.identity import Run, trained_otherwise
 
     data = TrajectoryDataset.load(dataset)
-    more = TrajectoryDataset.load(extra) if extra else None
-    split = data.split(split_seed).with_fraction(fraction, fold)
+    run = Run(
+        architecture=name,
+        dataset=data,
+        split=data.split(split_seed).with_fraction(fraction, fold),
+        recipe=chosen,
+        features=features,
+        extra=TrajectoryDataset.load(extra) if extra else None,
+        label=label or "",
+        epochs_given=chosen.epochs != own.epochs,
+    )
     if destination.exists() and not replace:
-        wanted = TrainingIdentity.of(name, data, split, chosen, features=features, extra=more)
-        if why := trained_otherwise(destination, wanted):
+        if why := trained_otherwise(destination, run.identity):
             labelled = "--label with another name" if label is None else "another --label"
             raise ValueError(
                 f"Expected {labelled}, or --replace, because {destination} holds a published model. "
@@ -118,22 +125,12 @@ def train(
         return
     import_keras()
     from surrogate.training.run_folder import print_epoch
-    from surrogate.training.runs import Run, execute, publish
+    from surrogate.training.runs import execute, publish
 
-    run = Run(
-        architecture=name,
-        dataset=data,
-        split=split,
-        recipe=chosen,
-        features=features,
-        extra=more,
-        label=label or "",
-        epochs_given=chosen.epochs != own.epochs,
-    )
     progress = execute(
         run,
         runs / run.name,
-        should_stop=StopRequest(runs),
+        should_stop=stop_request(runs),
         report=print_epoch,
         log=typer.echo,
         command=shlex.join(["surrogate", *sys.argv[1:]]),
@@ -167,14 +164,14 @@ def train_all(
         split_name(name)
         require_place(models / model_name(name + suffix))
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import TrainingIdentity, trained_otherwise
+    from surrogate.training.identity import Run, trained_otherwise
     from surrogate.training.run_folder import set_aside
 
     data = TrajectoryDataset.load(dataset)
     chosen, split = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed), data.split()
     waiting = []
     for name in wanted:
-        identity = TrainingIdentity.of(name, data, split, chosen)
+        identity = Run(name, data, split, chosen).identity
         label = name + suffix
         reason = trained_otherwise(models / label, identity) if (models / label).exists() else "not published"
         if not reason:
@@ -218,7 +215,7 @@ def evaluate(
     load_architectures(architecture or ())
     from surrogate.data.metrics import summary
     from surrogate.prediction.loading import load
-    from surrogate.training.evaluation import evaluate_published, write_errors
+    from surrogate.training.runs import evaluate_published, write_errors
 
     with Outputs(errors) as outputs:
         trained = load(name, models, backend="keras")

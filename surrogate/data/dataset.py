@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -62,19 +62,22 @@ class Split:
             raise ValueError(f"Expected a fraction in (0, 1]. Received: fraction={fraction}")
         order = np.random.default_rng([self.seed, fold]).permutation(self.train)
         kept = np.sort(order[: max(1, round(fraction * self.train.size))])
-        return Split(train=kept, validation=self.validation, test=self.test, seed=self.seed)
+        return replace(self, train=kept)
+
+    @property
+    def parts(self) -> dict[str, list[int]]:
+        """The indices by the names in `PARTS`, ready for JSON."""
+        return {part: getattr(self, part).tolist() for part in PARTS}
 
     @property
     def sha256(self) -> str:
         """SHA-256 digest of the indices; the seed does not enter."""
-        parts = [getattr(self, part) for part in PARTS]
-        return hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
+        indices = np.concatenate([self.train, self.validation, self.test])
+        return hashlib.sha256(indices.astype(np.int64).tobytes()).hexdigest()
 
     def save(self, path: str | Path) -> None:
         """Write seed and indices as JSON."""
-        content = {"seed": self.seed}
-        content |= {part: getattr(self, part).tolist() for part in PARTS}
-        Path(path).write_text(json.dumps(content) + "\n", encoding="utf-8")
+        Path(path).write_text(json.dumps({"seed": self.seed} | self.parts) + "\n", encoding="utf-8")
 
     @classmethod
     def load(cls, path: str | Path) -> Split:
@@ -134,7 +137,7 @@ class TrajectoryDataset:
             ValueError: the file is not a data set, is damaged, or is inconsistent.
         """
         content = load_dataset(path)
-        asked = _digest(content)
+        request, results = _digests(content)
         ratio = content.attributes.get("modulus_ratio")
         several = {"modulus_ratio": content.modulus_ratios} if isinstance(ratio, list) else {}
         return cls(
@@ -143,8 +146,8 @@ class TrajectoryDataset:
             points_per_phase=content.counts,
             scalars={name: content.scalars[name] for name in RESULTS},
             status=content.columns["status"],
-            sha256=asked,
-            forces_sha256=_forces_digest(content, asked),
+            sha256=request,
+            forces_sha256=results,
             modulus_ratio=None if several else ratio,
             steps=content.steps,
         )
@@ -160,6 +163,11 @@ class TrajectoryDataset:
     def protocols_of(self, indices: np.ndarray) -> dict[str, np.ndarray]:
         """Return the protocol quantities of the trajectories `indices`, by name, each of the shape of `indices`."""
         return {name: values[indices] for name, values in self.protocols.items()}
+
+    def rounded_protocols(self, indices: np.ndarray) -> list[tuple[float, ...]]:
+        """Return protocols in single precision, in which they compare equal although processors round differently."""
+        columns = self.protocols_of(indices).values()
+        return list(zip(*(values.astype(np.float32).tolist() for values in columns), strict=True))
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
@@ -207,8 +215,8 @@ class TrajectoryDataset:
         return Split(train=train, validation=validation, test=test, seed=seed)
 
 
-def _digest(content: Dataset) -> str:
-    """Return the digest of the request; see `TrajectoryDataset.sha256`."""
+def _digests(content: Dataset) -> tuple[str, str]:
+    """Return the digests of the request, and of request and results; see `TrajectoryDataset`."""
     asked: dict[str, object] = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
     asked["counts"] = list(content.counts)
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
@@ -221,13 +229,6 @@ def _digest(content: Dataset) -> str:
         # Single precision, because the last digit of a power differs between processors.
         digest.update(values.astype("<f4").tobytes())
     digest.update((content.columns["status"] == COMPLETED).tobytes())
-    return digest.hexdigest()
-
-
-def _forces_digest(content: Dataset, asked: str) -> str:
-    """Return the digest of request and results; see `TrajectoryDataset.forces_sha256`."""
-    digest = hashlib.sha256(asked.encode())
-    digest.update(content.force.astype("<f4").tobytes())
-    for name in RESULTS:
-        digest.update(content.scalars[name].astype("<f8").tobytes())
-    return digest.hexdigest()
+    request = digest.hexdigest()
+    results = [content.force.astype("<f4"), *(content.scalars[name].astype("<f8") for name in RESULTS)]
+    return request, hashlib.sha256(request.encode() + b"".join(one.tobytes() for one in results)).hexdigest()

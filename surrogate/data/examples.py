@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,17 +71,3 @@ def joined_examples(parts: Sequence[Part], scaling: Scaling) -> Examples:
     """Return the scaled trajectories of several parts, one after the other."""
     found = [vars(scaled_examples(*piece, scaling)).values() for piece in pieces(parts)]
     return Examples(*map(np.concatenate, zip(*found, strict=True)))
-
-
-def fitted_scaling(
-    parts: Sequence[Part], features: str, ranges: Mapping[str, np.ndarray], dataset_sha256: str
-) -> Scaling:
-    """Return the scaling by the statistics of several parts; the other arguments are those of `Scaling.fit`."""
-    return Scaling.fit(
-        np.concatenate([physical_channels(dataset, rows, features) for dataset, rows in parts]),
-        tabor=np.concatenate([dataset.protocols["tabor"][rows] for dataset, rows in parts]),
-        force=np.concatenate([dataset.force[rows] for dataset, rows in parts]),
-        features=features,
-        protocols=ranges,
-        dataset_sha256=dataset_sha256,
-    )

@@ -2,18 +2,17 @@
 
 `ReduceLROnPlateau` and `EarlyStopping` follow the validation loss by Keras's rules. `SwapEMAWeights` averages the
 weights if the recipe does. `ModelCheckpoint` writes the best weights, and `BackupAndRestore` the state after each
-epoch. After an interruption Keras restores weights and optimizer, but not the counters of its callbacks; `Keeper`
-restores them from the learning curve. Order and dropout of an epoch are drawn from (seed, epoch), so that an
-interrupted training ends with the same numbers as an uninterrupted one. The loss is the mean squared error of the
-scaled force, in float32; a recipe may weight the steps around the largest force. `surrogate.training.run_folder`
-describes the folder of a run.
+epoch. After an interruption Keras restores weights and optimizer, but not the counters of its callbacks; these are
+restored from the learning curve. Order and dropout of an epoch are drawn from (seed, epoch), so that an interrupted
+training ends with the same numbers as an uninterrupted one. The loss is the mean squared error of the scaled force, in
+float32; a recipe may weight the steps around the largest force. `surrogate.training.run_folder` describes the folder of
+a run.
 
 Source: the paper's section "Training and hyperparameters" states what these callbacks do; all else is Keras's default.
 """
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -24,11 +23,11 @@ import numpy as np
 
 from surrogate.data.examples import Examples
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import COLUMNS, Progress, Report, damage, read_progress, save_progress, sums_of
+from surrogate.training.run_folder import COLUMNS, Progress, Report, best_weights, resumed, save_progress
 from surrogate.training.soap import Soap
+from surrogate.training.torch_lstm import with_fused_lstm
 
-BACKUP = ("backup/latest.weights.h5", "backup/training_metadata.json")
-"""Files of Keras's newer backup; those of the older one end in `.bkp`."""
+CLOCKS = {"seconds": time.perf_counter, "cpu_seconds": time.process_time}
 VALIDATION_BATCH = 256
 """Trajectories in a batch of the validation set."""
 NEAR = 2
@@ -48,7 +47,7 @@ def fit(
 ) -> Progress:
     """Train a model, or resume the training in the same folder that was interrupted or had fewer epochs.
 
-    The caller has checked that the folder is of the same training (`surrogate.training.run_folder.locked`).
+    The caller holds the lock of the folder (`surrogate.training.run_folder.locked`).
 
     Args:
         model: An untrained model, built after `keras.utils.set_random_seed(recipe.seed)`.
@@ -56,7 +55,7 @@ def fit(
         validation: Scaled trajectories of the validation set.
         recipe: How to train.
         folder: Directory of the run.
-        facts: What decides the result of the training, ready for JSON; stored with the progress.
+        facts: What decides the result of the training, ready for JSON; those stored with the progress must be equal.
         should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
         report: See `Report`.
 
@@ -65,13 +64,12 @@ def fit(
         training, and a later call resumes it.
 
     Raises:
-        ValueError: the run in the folder has more epochs than the recipe, or a damaged file.
+        ValueError: the run in the folder is of other facts, has more epochs than the recipe, or a damaged file.
         FloatingPointError: the validation error is not finite.
     """
     batches = Batches(training, recipe)
     compile_by(recipe, model, len(batches), metrics=["mae"])
-    (folder / "best").mkdir(parents=True, exist_ok=True)
-    progress = _resumed(folder)
+    progress = resumed(folder, facts)
     if progress.epoch > recipe.epochs:
         raise ValueError(
             f"Expected at least {progress.epoch} epochs, which {folder} has already trained. "
@@ -79,13 +77,9 @@ def fit(
         )
 
     def keep() -> bool:
-        """Save and report an epoch, and remove all but the best weights; return whether to stop."""
-        best = _best(folder, progress.best_epoch)
-        save_progress(folder, progress, facts, [*(folder / name for name in BACKUP), best])
+        """Save and report an epoch; return whether to stop."""
+        save_progress(folder, progress, facts)
         report(progress, recipe.epochs)
-        for path in best.parent.glob("*.weights.h5"):
-            if path != best:
-                path.unlink()
         return should_stop()
 
     if not is_over(recipe, progress):
@@ -95,12 +89,12 @@ def fit(
             shuffle=False,  # `Batches` has the order of the epoch already
             validation_data=((validation.sequence, validation.tabor), validation.force),
             validation_batch_size=VALIDATION_BATCH,
-            callbacks=_callbacks(folder, batches, progress, keep),
+            callbacks=_callbacks(model, batches, progress, folder, keep),
             verbose=0,
         )
     progress.finished = is_over(recipe, progress)
     if progress.finished:
-        model.load_weights(_best(folder, progress.best_epoch))
+        model.load_weights(best_weights(folder, progress))
     return progress
 
 
@@ -109,21 +103,6 @@ def started(build: Callable[[], keras.Model], seed: int) -> keras.Model:
     keras.config.set_floatx("float32")
     keras.utils.set_random_seed(seed)
     return with_fused_lstm(build())
-
-
-def with_weights(bare: keras.Model, trained: keras.Model) -> keras.Model:
-    """Return a new model after giving it the weights of a trained one, whose layers and optimizer may be others."""
-    bare.set_weights([keras.ops.convert_to_numpy(variable) for variable in trained.weights])
-    return bare
-
-
-def with_fused_lstm(model: keras.Model) -> keras.Model:
-    """Return the model to train: under PyTorch a copy with fused LSTM layers, under other backends the model itself."""
-    if keras.backend.backend() != "torch":
-        return model
-    from surrogate.training.torch_lstm import with_torch_lstm
-
-    return with_torch_lstm(model)
 
 
 def compile_by(recipe: Recipe, model: keras.Model, steps: int, metrics: Sequence[str] = ()) -> None:
@@ -198,65 +177,15 @@ def peak_weights(force: np.ndarray, more: float) -> np.ndarray:
     return (weights / weights.mean()).astype(np.float32)
 
 
-class Meter(keras.callbacks.Callback):
-    """Callback that draws order and dropout of each epoch, and adds seconds and learning rate to the logs."""
-
-    def __init__(self, batches: Batches, progress: Progress) -> None:
-        super().__init__()
-        self.batches, self.progress = batches, progress
-
-    def on_epoch_begin(self, epoch: int, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
-        """Start the clocks, and set the random state of dropout, which a weights file does not hold."""
-        self.batches.shuffle(epoch)
-        _set_dropout(self.model, self.batches.recipe, epoch)
-        self.started = time.perf_counter(), time.process_time()
-
-    def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
-        """Check the validation loss and complete the logs."""
-        if not np.isfinite(logs["val_loss"]):
-            raise FloatingPointError(f"Training diverged: validation error {logs['val_loss']} in epoch {epoch + 1}")
-        logs["learning_rate"] = _learning_rate(self.model)
-        logs["seconds"] = self.progress.seconds + time.perf_counter() - self.started[0]
-        logs["cpu_seconds"] = self.progress.cpu_seconds + time.process_time() - self.started[1]
-
-
-class Keeper(keras.callbacks.Callback):
-    """The last callback, which keeps the progress, and ends the training when asked to.
-
-    Before the first epoch, it restores the counters of other callbacks by replaying the completed epochs.
-    """
-
-    def __init__(self, progress: Progress, keep: Callable[[], bool], counting: list[keras.callbacks.Callback]) -> None:
-        super().__init__()
-        self.progress, self.keep, self.counting = progress, keep, counting
-
-    def on_train_begin(self, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
-        """Replay the epochs; the learning rate remains the one that Keras restored."""
-        if not self.counting:
-            return
-        rate = _learning_rate(self.model)
-        for epoch, row in enumerate(self.progress.history):
-            for callback in self.counting:
-                callback.on_epoch_end(epoch, {"val_loss": row["validation_mse"]})
-        self.model.optimizer.learning_rate = rate
-
-    def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
-        """Add the epoch to the history, and keep it."""
-        row = {"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()}
-        self.progress.history.append(row)
-        self.model.stop_training |= self.keep()
-
-
 def _callbacks(
-    folder: Path, batches: Batches, progress: Progress, keep: Callable[[], bool]
+    model: keras.Model, batches: Batches, progress: Progress, folder: Path, keep: Callable[[], bool]
 ) -> list[keras.callbacks.Callback]:
-    """Return Keras's callbacks and those of this module, in the order of their calls."""
+    """Return Keras's callbacks between those that begin and keep an epoch, in the order of their calls."""
     from keras import callbacks
 
-    recipe = batches.recipe
-    plateau: list[keras.callbacks.Callback] = []
-    if recipe.plateau:
-        rule = recipe.plateau
+    recipe, since = batches.recipe, dict.fromkeys(CLOCKS, 0.0)
+    plateau, averaging = [], []
+    if rule := recipe.plateau:
         threshold = {} if rule.least_gain is None else {"min_delta": rule.least_gain}
         plateau = [
             callbacks.ReduceLROnPlateau(
@@ -264,13 +193,43 @@ def _callbacks(
             ),
             callbacks.EarlyStopping(patience=rule.stop_after),
         ]
-    averaging = []
     if recipe.weight_average is not None:
         averaging = [callbacks.SwapEMAWeights(swap_on_epoch=True)]
         # A restored model holds the averaged weights, as it did when the backup was written.
         averaging[0]._ema_weights_in_model = bool(progress.history)
+
+    def learning_rate() -> float:
+        return float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
+
+    def begin(epoch: int, _: Any) -> None:
+        """Draw order and dropout of an epoch, whose random state a weights file does not hold; start the clocks."""
+        batches.shuffle(epoch)
+        _set_dropout(model, recipe, epoch)
+        since.update({name: clock() for name, clock in CLOCKS.items()})
+
+    def complete(epoch: int, logs: dict[str, Any]) -> None:
+        """Check the validation loss, and add learning rate and seconds to the logs."""
+        if not np.isfinite(logs["val_loss"]):
+            raise FloatingPointError(f"Training diverged: validation error {logs['val_loss']} in epoch {epoch + 1}")
+        logs["learning_rate"] = learning_rate()
+        logs.update({name: progress.spent(name) + clock() - since[name] for name, clock in CLOCKS.items()})
+
+    def replay(_: Any) -> None:
+        """Restore the counters of the plateau; the learning rate remains the one that Keras restored."""
+        if plateau:
+            rate = learning_rate()
+            for epoch, row in enumerate(progress.history):
+                for callback in plateau:
+                    callback.on_epoch_end(epoch, {"val_loss": row["validation_mse"]})
+            model.optimizer.learning_rate = rate
+
+    def end(epoch: int, logs: dict[str, Any]) -> None:
+        """Add the epoch to the history, keep it, and end the training when asked to."""
+        progress.history.append({"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()})
+        model.stop_training |= keep()
+
     return [
-        Meter(batches, progress),
+        callbacks.LambdaCallback(on_epoch_begin=begin, on_epoch_end=complete),
         *plateau,
         *averaging,
         callbacks.ModelCheckpoint(
@@ -280,40 +239,8 @@ def _callbacks(
             initial_value_threshold=progress.best_mse if progress.history else None,
         ),
         callbacks.BackupAndRestore(folder / "backup", double_checkpoint=True, delete_checkpoint=False),
-        Keeper(progress, keep, plateau),
+        callbacks.LambdaCallback(on_train_begin=replay, on_epoch_end=end),
     ]
-
-
-def _resumed(folder: Path) -> Progress:
-    """Return the progress, and put the backup that belongs to it where Keras looks for it.
-
-    Keras keeps the backups of two epochs. After an interruption between backup and progress, the older one counts.
-
-    Raises:
-        ValueError: a file is damaged.
-    """
-    found = read_progress(folder)
-    if found is None:
-        shutil.rmtree(folder / "backup", ignore_errors=True)
-        return Progress()
-    progress, _, sums = found
-    backup = [folder / name for name in BACKUP]
-    for suffix in ("", ".bkp"):
-        kept = [path.with_name(path.name + suffix) for path in backup]
-        if sums_of(kept) == sums[:-1]:
-            break
-    else:
-        raise damage(backup[0], folder)
-    if suffix:
-        for path, other in zip(backup, kept, strict=True):
-            shutil.copyfile(other, path)
-    if sums_of([best := _best(folder, progress.best_epoch)]) != sums[-1:]:
-        raise damage(best, folder)
-    return progress
-
-
-def _learning_rate(model: keras.Model) -> float:
-    return float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
 
 
 def _set_dropout(model: keras.Model, recipe: Recipe, epoch: int) -> None:
@@ -333,7 +260,3 @@ def _set_dropout(model: keras.Model, recipe: Recipe, epoch: int) -> None:
     for index, layer in enumerate(layers):
         state = layer.seed_generator.state
         state.assign(np.random.default_rng([recipe.seed, epoch, index]).integers(2**31, size=state.shape))
-
-
-def _best(folder: Path, epoch: int) -> Path:
-    return folder / "best" / f"{epoch:05d}.weights.h5"

@@ -1,7 +1,7 @@
-"""Identity of a training: all that decides its result.
+"""A training, and its identity: all that decides its result.
 
 All comparisons of trainings use `differences` or `facts_that_differ`: the commands that publish or resume a training,
-the folders of runs, and the studies that compare models. Reading an identity needs no Keras.
+the folders of runs, and the studies that compare models. Nothing here needs Keras.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,9 @@ import numpy as np
 
 from bem._support.text_files import read_json, read_toml
 from surrogate.architectures.registry import source_of
-from surrogate.data.dataset import PARTS, Split, TrajectoryDataset
+from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.examples import Part
+from surrogate.training.model_directory import model_name
 from surrogate.training.recipe import Recipe
 
 PUBLISHED_SEED = "published_seed"
@@ -57,52 +59,23 @@ class TrainingIdentity:
 
     Args:
         dataset: Digest of the data set, `TrajectoryDataset.sha256`.
-        parts: Trajectory indices of the training, validation and test sets, by the names in `PARTS`.
         recipe: Keys and values of the recipe, tables as dictionaries.
         backend: Name of the Keras backend; `""` if it is not chosen yet.
         features: The feature set.
         architecture: Name of the architecture.
         extra: Digest of the second data set, which is for training only; `None` without one.
         architecture_sha256: SHA-256 sum of the file that registered the architecture; `None` for the package's own.
+        split: The training, validation and test sets; their seed does not count.
     """
 
     dataset: str
-    parts: dict[str, tuple[int, ...]]
     recipe: dict[str, Any]
     backend: str
     features: str
     architecture: str
-    extra: str | None = None
-    architecture_sha256: str | None = None
-
-    @classmethod
-    def of(
-        cls,
-        architecture: str,
-        dataset: TrajectoryDataset,
-        split: Split,
-        recipe: Recipe,
-        *,
-        features: str = "D",
-        extra: TrajectoryDataset | None = None,
-        backend: str = "",
-    ) -> TrainingIdentity:
-        """Return the identity of a training that would start now, of the arguments of `surrogate.training.runs.Run`.
-
-        Raises:
-            ValueError: the architecture is unknown.
-        """
-        source = source_of(architecture)
-        return cls(
-            dataset=dataset.sha256,
-            parts={part: tuple(getattr(split, part).tolist()) for part in PARTS},
-            recipe=recipe.as_dict(),
-            backend=backend,
-            features=features,
-            architecture=architecture,
-            extra=extra.sha256 if extra else None,
-            architecture_sha256=source.sha256 if source else None,
-        )
+    extra: str | None
+    architecture_sha256: str | None
+    split: Split
 
     def of_any_seed(self) -> TrainingIdentity:
         """Return the identity without the seed of the recipe."""
@@ -110,8 +83,7 @@ class TrainingIdentity:
 
     def facts(self) -> dict[str, Any]:
         """Return the quantities that `differences` compares, by name, ready for JSON."""
-        split = Split(**{part: np.array(self.parts[part], dtype=np.int64) for part in PARTS}, seed=0)
-        return asdict(self) | self.parts | {"split": split.sha256}
+        return vars(self) | self.split.parts | {"split": self.split.sha256}
 
     @property
     def fingerprint(self) -> dict[str, Any]:
@@ -127,10 +99,84 @@ class TrainingIdentity:
     @property
     def digest(self) -> str:
         """SHA-256 digest of the identity without the backend, because backends differ by rounding only."""
-        content = asdict(replace(self, backend=""))
+        content = vars(self) | {"backend": "", "parts": self.split.parts}
+        del content["split"]
         if self.architecture_sha256 is None:
             del content["architecture_sha256"]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Run:
+    """An architecture, the data it is trained on, and how.
+
+    Args:
+        architecture: Name of an architecture, one of `surrogate.names()`.
+        dataset: The data set with the training, validation and test sets.
+        split: The split of `dataset`.
+        recipe: How to train.
+        features: The feature set, `"A"` to `"D"`.
+        extra: A second data set, of the same material and measurement steps. Its completed trajectories join the
+            training set, except those whose protocols are in the validation or test set.
+        label: Name to publish the model under; the name of the architecture by default.
+        epochs_given: Whether the number of epochs was given instead of taken from the recipe.
+
+    Raises:
+        ValueError: the name is not plain, or the second data set has another material or other measurement steps.
+    """
+
+    architecture: str
+    dataset: TrajectoryDataset
+    split: Split
+    recipe: Recipe
+    features: str = "D"
+    extra: TrajectoryDataset | None = None
+    label: str = ""
+    epochs_given: bool = False
+
+    def __post_init__(self) -> None:
+        model_name(self.name)
+        if self.extra is None:
+            return
+        for name, words in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
+            wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
+            if found != wanted:
+                raise ValueError(f"Expected an extra data set with the {words} {wanted}. Received: {found}")
+
+    @property
+    def name(self) -> str:
+        """The name to publish under."""
+        return self.label or self.architecture
+
+    @property
+    def training(self) -> list[Part]:
+        """The data sets to train on, and the trajectories of each."""
+        own = (self.dataset, self.split.train)
+        if self.extra is None:
+            return [own]
+        offered = self.extra.completed
+        held_out = set(self.dataset.rounded_protocols(np.concatenate([self.split.validation, self.split.test])))
+        new = [row not in held_out for row in self.extra.rounded_protocols(offered)]
+        return [own, (self.extra, offered[np.array(new, dtype=bool)])]
+
+    @property
+    def identity(self) -> TrainingIdentity:
+        """The identity of the training, the backend excepted.
+
+        Raises:
+            ValueError: the architecture is unknown.
+        """
+        source = source_of(self.architecture)
+        return TrainingIdentity(
+            dataset=self.dataset.sha256,
+            recipe=self.recipe.as_dict(),
+            backend="",
+            features=self.features,
+            architecture=self.architecture,
+            extra=self.extra.sha256 if self.extra else None,
+            architecture_sha256=source.sha256 if source else None,
+            split=self.split,
+        )
 
 
 def read_identity(folder: Path) -> TrainingIdentity:
@@ -144,16 +190,16 @@ def read_identity(folder: Path) -> TrainingIdentity:
         if not (folder / name).is_file():
             raise FileNotFoundError(f"Expected a model directory with {name}. Received: {folder} without it")
     try:
-        run, split = (read_json(folder / f"{name}.json") for name in ("run", "split"))
+        run = read_json(folder / "run.json")
         return TrainingIdentity(
             dataset=run["dataset_sha256"],
-            parts={part: tuple(split[part]) for part in PARTS},
             recipe=read_toml(folder / "recipe.toml"),
             backend=run["backend"],
             features=run["features"],
             architecture=run["architecture"],
             extra=run.get("extra_dataset_sha256"),
             architecture_sha256=(run.get("architecture_file") or {}).get("sha256"),
+            split=Split.load(folder / "split.json"),
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"Expected a model directory that says how it was trained. Received: {folder}") from error

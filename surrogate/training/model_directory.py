@@ -1,18 +1,5 @@
 """Model directories: their files, and their publication under one plain name.
 
-A model directory holds:
-
-    model.weights.h5    the weights, readable under every backend
-    model.onnx          features, scaling and network in one graph (see `surrogate.export`); absent if a registered
-                        architecture has a layer that `surrogate.export.keras_layers` cannot express
-    scaling.json        statistics and ranges of the training set
-    split.json          seed, and trajectory indices of training, validation and test set
-    history.csv         one row per epoch; the seconds accumulate
-    metrics.json        summary of the errors on validation and test set
-    test_errors.csv     errors of each trajectory of the test set
-    recipe.toml         the recipe
-    run.json            versions, seconds, processor, backend, seed, command, digest of the data set
-
 A publication replaces a model directory only, never another file or folder. The checks run before a training starts
 and need no Keras.
 """
@@ -29,18 +16,19 @@ from bem._support.interruption import whole
 from bem._support.outputs import plain_name
 from surrogate.training.queue import STOP_FILE
 
-MODEL_FILES = (
-    "model.weights.h5",
-    "model.onnx",
-    "scaling.json",
-    "split.json",
-    "history.csv",
-    "metrics.json",
-    "test_errors.csv",
-    "recipe.toml",
-    "run.json",
-)
-"""Files of a model directory."""
+MODEL_FILES = {
+    "model.weights.h5": "the weights, readable under every backend",
+    # Absent if a registered architecture has a layer that `surrogate.export.keras_layers` cannot express.
+    "model.onnx": "features, scaling and network in one graph (see `surrogate.export`)",
+    "scaling.json": "statistics and ranges of the training set",
+    "split.json": "seed, and trajectory indices of training, validation and test set",
+    "history.csv": "one row per epoch; the seconds accumulate",
+    "metrics.json": "summary of the errors on validation and test set",
+    "test_errors.csv": "errors of each trajectory of the test set",
+    "recipe.toml": "the recipe",
+    "run.json": "versions, seconds, processor, backend, seed, command, digest of the data set",
+}
+"""Files of a model directory, and what they hold."""
 CARD = "README.md"
 CARD_MARK = "`make cards` writes this file"
 """What a published model directory may also hold: a card, which does not describe the model that replaces it."""

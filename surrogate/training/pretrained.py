@@ -17,7 +17,9 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import shlex
 import shutil
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,7 +38,7 @@ from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, ChosenSteps
 from surrogate.backend import versions
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.data.examples import Part, fitted_scaling, joined_examples, pieces, scaled_examples
+from surrogate.data.examples import Part, joined_examples, physical_channels, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
 from surrogate.export.onnx_file import ONNX_NAME, seal_folder, sha256
@@ -44,7 +46,7 @@ from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from surrogate.prediction.networks import OnnxNetwork
-from surrogate.training.fitting import fit, started, with_weights
+from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
 
@@ -58,8 +60,6 @@ FITTED = 8_000
 """Trajectories at the edges to which the expected errors of the bands are fitted."""
 SCALED = 60_000
 """Trajectories in the box from which the scaling of a new model is computed."""
-
-
 HELD_OUT = (8_000, 14_016)
 """How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
 KINDS = {"fast": "dense", "accurate": "LSTM"}
@@ -79,18 +79,6 @@ _RECIPE = Recipe(
     peak_weight=20.0,
     cosine=Cosine(warmup_epochs=0.1),
 )
-RECORD = (
-    "layers",
-    "units",
-    "recipe",
-    "best_epoch",
-    "validation_mse",
-    "cpu_seconds",
-    "command",
-    "start_sha256",
-    "dataset_sha256",
-)
-"""What `run.json` says of each network and its training."""
 RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
 
 
@@ -198,8 +186,15 @@ def train_model(
     begin: list[list[np.ndarray] | None] = [None]
     members: list[Member] = []
     if published is None:
-        box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
-        scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
+        rows = training[0][1][:SCALED]
+        scaling = Scaling.fit(
+            physical_channels(data.box, rows, FEATURES),
+            tabor=data.box.protocols["tabor"][rows],
+            force=data.box.force[rows],
+            features=FEATURES,
+            protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
+            dataset_sha256=data.sha256,
+        )
     else:
         scaling = replace(Scaling.load(published / "scaling.json"), dataset_sha256=data.sha256)
         own = [one for one in members_of(published) if one[1]["layers"] == kind]
@@ -207,7 +202,7 @@ def train_model(
     place = published or folder
     asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe and recipe.as_dict()}
     asked |= {"published": sha256(published / ONNX_NAME)} if published else {}
-    with locked(folder, asked):
+    with locked(folder):
         choose = joined_examples(choosing, scaling)
         examples = joined_examples(training, scaling) if recipe else choose
         for weights in begin if recipe else []:
@@ -216,10 +211,20 @@ def train_model(
             if weights:
                 model.set_weights(weights)
             progress = fit(model, examples, choose, another, place, facts=asked, report=report)
-            facts = kind, list(units), another.as_dict(), progress.best_epoch, progress.best_mse, progress.cpu_seconds
-            facts += command, sha256(start / ONNX_NAME) if start else None, data.sha256
-            bare = with_weights(network(kind, units, counts), model)
-            members.append((bare, dict(zip(RECORD, facts, strict=True))))
+            record = {
+                "layers": kind,
+                "units": list(units),
+                "recipe": another.as_dict(),
+                "best_epoch": progress.best_epoch,
+                "validation_mse": progress.best_mse,
+                "cpu_seconds": progress.spent("cpu_seconds"),
+                "command": command,
+                "start_sha256": sha256(start / ONNX_NAME) if start else None,
+                "dataset_sha256": data.sha256,
+            }
+            bare = network(kind, units, counts)
+            bare.set_weights(model.get_weights())
+            members.append((bare, record))
         if mixed:
             theirs = Scaling.load(mixed / "scaling.json")
             members += [(rescaled(one, theirs, scaling), record) for one, record in members_of(mixed)]
@@ -340,21 +345,24 @@ def main() -> None:
         parser.error(f"a training needs {', '.join(missing)}")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
-        recipe, more = RECIPES[name], ""
+        words = [word for word in sys.argv[1:] if word == name or word not in chosen.names]
+        recipe: Recipe | None = RECIPES[name]
         if chosen.epochs is not None:
-            recipe = replace(recipe, epochs=chosen.epochs) if chosen.epochs else None
-            more = f" --epochs {chosen.epochs}"
-        old = {"start": chosen.start, "beside": chosen.beside}
-        more += "".join(f" --{key} {path}" for key, path in old.items() if path)
-        files = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
-        command = f"python -m surrogate.training.pretrained {name} {files}{more}"
-        given = (name, UNITS[name], recipe, data, chosen.runs / name)
-        folders = {key: path and path / name for key, path in old.items()}
-        folders["mixed"] = chosen.publish / MIXED[name] if name in MIXED else None
-        made = train_model(*given, **folders, command=command, report=print_epoch)
-        target = chosen.publish / name
-        shutil.copytree(made, target, dirs_exist_ok=True)
-        print(f"{name}: {target}")
+            recipe = replace(RECIPES[name], epochs=chosen.epochs) if chosen.epochs else None
+        made = train_model(
+            name,
+            UNITS[name],
+            recipe,
+            data,
+            chosen.runs / name,
+            start=chosen.start and chosen.start / name,
+            beside=chosen.beside and chosen.beside / name,
+            mixed=chosen.publish / MIXED[name] if name in MIXED else None,
+            command=shlex.join(["python", "-m", "surrogate.training.pretrained", *words]),
+            report=print_epoch,
+        )
+        shutil.copytree(made, chosen.publish / name, dirs_exist_ok=True)
+        print(f"{name}: {chosen.publish / name}")
 
 
 if __name__ == "__main__":

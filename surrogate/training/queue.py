@@ -23,27 +23,19 @@ STOPPED = 75
 """Exit status of a run that stopped on request and can be resumed (EX_TEMPFAIL)."""
 
 
-class StopRequest:
-    """A callable that returns whether SIGTERM or a stop file has requested a stop.
+def stop_request(folder: Path) -> Callable[[], bool]:
+    """Return a function that tells whether SIGTERM, or a file called `STOP` in a folder, has requested a stop.
 
-    The constructor installs a handler. A second signal ends the process at once.
-
-    Args:
-        folder: Directory in which a file called `STOP` requests a stop.
+    The call installs a handler of the signal. A second signal ends the process at once.
     """
+    received = []
 
-    def __init__(self, folder: Path) -> None:
-        self.file = folder / STOP_FILE
-        self.signalled = False
-        signal.signal(signal.SIGTERM, self._notice)
-
-    def __call__(self) -> bool:
-        """Return whether a stop has been requested."""
-        return self.signalled or self.file.exists()
-
-    def _notice(self, number: int, _frame: FrameType | None) -> None:
-        self.signalled = True
+    def notice(number: int, _: FrameType | None) -> None:
+        received.append(number)
         signal.signal(number, signal.SIG_DFL)
+
+    signal.signal(signal.SIGTERM, notice)
+    return lambda: bool(received) or (folder / STOP_FILE).exists()
 
 
 def run_queue(
@@ -73,7 +65,7 @@ def run_queue(
     """
     for name in waiting:
         plain_name(name, "a run's name")
-    should_stop = StopRequest(folder)
+    should_stop = stop_request(folder)
     queue, running, ended = list(waiting), {}, {}
     asked: set[str] = set()
     # The trainings may belong to the terminal that sends Ctrl-C, or not.

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import itertools
 import json
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -34,6 +36,8 @@ COLUMNS = {
 """Columns of `history.csv` after `epoch`, from 1, and their names in Keras's logs; errors are of the scaled force."""
 
 PROGRESS = "progress.json"
+BACKUP = ("backup/latest.weights.h5", "backup/training_metadata.json")
+"""Files of Keras's newer backup; those of the older one end in `.bkp`."""
 
 
 @dataclass
@@ -64,15 +68,9 @@ class Progress:
         """The smallest validation error."""
         return min((row["validation_mse"] for row in self.history), default=float("inf"))
 
-    @property
-    def seconds(self) -> float:
-        """Wall-clock seconds of all epochs so far."""
-        return self.history[-1]["seconds"] if self.history else 0.0
-
-    @property
-    def cpu_seconds(self) -> float:
-        """Processor seconds of all epochs so far."""
-        return self.history[-1]["cpu_seconds"] if self.history else 0.0
+    def spent(self, clock: str) -> float:
+        """Seconds of all epochs so far, by the wall clock (`"seconds"`) or of the processor (`"cpu_seconds"`)."""
+        return self.history[-1][clock] if self.history else 0.0
 
 
 Report = Callable[[Progress, int], None]
@@ -82,7 +80,7 @@ Report = Callable[[Progress, int], None]
 def print_epoch(done: Progress, epochs: int) -> None:
     """Print the result of the latest epoch as one line of text."""
     row = done.history[-1]
-    left = timedelta(seconds=round((epochs - done.epoch) * done.seconds / done.epoch))
+    left = timedelta(seconds=round((epochs - done.epoch) * row["seconds"] / done.epoch))
     print(
         f"epoch {row['epoch']}/{epochs}  train MSE {row['train_mse']:.3e}  "
         f"validation MSE {row['validation_mse']:.3e}  rate {row['learning_rate']:.2e}  "
@@ -92,12 +90,11 @@ def print_epoch(done: Progress, epochs: int) -> None:
 
 
 @contextmanager
-def locked(folder: Path, facts: Mapping[str, Any] | None = None) -> Iterator[None]:
+def locked(folder: Path) -> Iterator[None]:
     """Make the directory of a run, unless it exists, and hold its lock inside the context.
 
     Raises:
-        ValueError: another process is training there, or it holds progress of other `facts`; the message names the
-            differences.
+        ValueError: another process is training there.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -108,23 +105,22 @@ def locked(folder: Path, facts: Mapping[str, Any] | None = None) -> Iterator[Non
             f"folder with --runs. Received: {folder}, where another process is training"
         ) from None
     with lock:  # outside the `try`, so that a lock that times out during the training is not taken for this one
-        found = None if facts is None else read_progress(folder)
-        if found and (other := facts_that_differ(found[1], facts)):
-            raise ValueError(
-                f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the "
-                f"training another name. Received: a checkpoint of another {', '.join(other)}"
-            )
         yield
 
 
-def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any], files: list[Path]) -> None:
-    """Write `history.csv` and, atomically, `progress.json`, with the sums of the files that a resumption will read."""
+def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any]) -> None:
+    """Write `history.csv` and, atomically, `progress.json`; then remove all but the best weights."""
     with (folder / "history.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["epoch", *COLUMNS], lineterminator="\n")
         writer.writeheader()
         writer.writerows(progress.history)
-    content = json.dumps({"facts": facts, "history": progress.history, "sums": sums_of(files)})
-    write_whole(folder / PROGRESS, f"{content}\n{_sum(content.encode())}\n")
+    best = best_weights(folder, progress)
+    sums = [_sum_of(path) for path in (*(folder / name for name in BACKUP), best)]
+    content = json.dumps({"facts": facts, "history": progress.history, "sums": sums})
+    write_whole(folder / PROGRESS, f"{content}\n{hashlib.sha256(content.encode()).hexdigest()}\n")
+    for path in best.parent.glob("*.weights.h5"):
+        if path != best:
+            path.unlink()
 
 
 def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | None:
@@ -137,23 +133,46 @@ def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | 
     if not path.is_file():
         return None
     content, _, rest = path.read_bytes().partition(b"\n")
-    if rest != f"{_sum(content)}\n".encode():
-        raise damage(path, folder)
+    if rest != f"{hashlib.sha256(content).hexdigest()}\n".encode():
+        raise _damage(path, folder)
     found = json.loads(content)
     return Progress(found["history"]), found["facts"], found["sums"]
 
 
-def sums_of(files: list[Path]) -> list[str]:
-    """Return the SHA-256 sums of files; an empty text for one that is missing."""
-    return [sha256(path) if path.is_file() else "" for path in files]
+def resumed(folder: Path, facts: Mapping[str, Any]) -> Progress:
+    """Return the progress of a training, and put the backup that belongs to it where Keras looks for it.
+
+    Keras keeps the backups of two epochs. After an interruption between backup and progress, the older one counts.
+
+    Raises:
+        ValueError: the folder holds progress of other `facts`, whose differences the message names, or a damaged file.
+    """
+    (folder / "best").mkdir(parents=True, exist_ok=True)
+    found = read_progress(folder)
+    if found is None:
+        shutil.rmtree(folder / "backup", ignore_errors=True)
+        return Progress()
+    progress, trained, (*sums, best_sum) = found
+    if other := facts_that_differ(trained, facts):
+        raise ValueError(
+            f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the "
+            f"training another name. Received: a checkpoint of another {', '.join(other)}"
+        )
+    backup = [folder / name for name in BACKUP]
+    older = [path.with_name(f"{path.name}.bkp") for path in backup]
+    if [_sum_of(path) for path in backup] != sums:
+        if [_sum_of(path) for path in older] != sums:
+            raise _damage(backup[0], folder)
+        for path, other_path in zip(backup, older, strict=True):
+            shutil.copyfile(other_path, path)
+    if _sum_of(best := best_weights(folder, progress)) != best_sum:
+        raise _damage(best, folder)
+    return progress
 
 
-def damage(path: Path, folder: Path) -> ValueError:
-    """Return the error about a damaged file in the directory of a run."""
-    return ValueError(
-        f"Expected what the training saved; restore the file, or remove {folder} to train from the start. "
-        f"Received: {path}, which is damaged"
-    )
+def best_weights(folder: Path, progress: Progress) -> Path:
+    """Return the path of the weights with the smallest validation error."""
+    return folder / "best" / f"{progress.best_epoch:05d}.weights.h5"
 
 
 def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
@@ -168,12 +187,18 @@ def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
     found = read_progress(folder)
     if found is None or not facts_that_differ(found[1], wanted.fingerprint, but=("backend",)):
         return None
-    number = 1
-    while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():
-        number += 1
+    names = (folder.with_name(f"{folder.name}.outdated-{number}") for number in itertools.count(1))
     with locked(folder):
-        return folder.rename(aside)
+        return folder.rename(next(path for path in names if not path.exists()))
 
 
-def _sum(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _sum_of(path: Path) -> str:
+    """Return the SHA-256 sum of a file; an empty text for one that is missing."""
+    return sha256(path) if path.is_file() else ""
+
+
+def _damage(path: Path, folder: Path) -> ValueError:
+    return ValueError(
+        f"Expected what the training saved; restore the file, or remove {folder} to train from the start. "
+        f"Received: {path}, which is damaged"
+    )

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import keras
 from keras import ops
@@ -52,12 +52,8 @@ class _Blocks:
         return ops.reshape(ops.transpose(stack, (1, 0, 2)), self.shape)
 
 
-@dataclass(frozen=True)
-class _Basis:
-    """Moving average of the gradient products of one side, and its approximate eigenvectors.
-
-    Both have the shape `(count, side, side)`.
-    """
+class _Basis(NamedTuple):
+    """Moving average of the gradient products of one side, and its approximate eigenvectors: `(count, side, side)`."""
 
     products: Any
     vectors: Any
@@ -123,24 +119,23 @@ class Soap(keras.optimizers.Optimizer):
             self.assign_sub(variable, rate * mean / (ops.sqrt(squares) + self.epsilon))
             return
 
-        left, right = self._bases[index]
+        left, right = bases = self._bases[index]
         gradient = blocks.split(gradient)
-        self._average(squares, ops.square(_rotate(gradient, left, right)), self.beta_2)
-        move = _rotate(blocks.split(mean), left, right) / (ops.sqrt(squares) + self.epsilon)
-        self.assign_sub(variable, rate * blocks.join(_rotate_back(move, left, right)))
+        self._average(squares, ops.square(_rotate(gradient, bases)), self.beta_2)
+        move = _rotate(blocks.split(mean), bases) / (ops.sqrt(squares) + self.epsilon)
+        self.assign_sub(variable, rate * blocks.join(_rotate(move, bases, back=True)))
         if left:
             self._average(left.products, ops.matmul(gradient, _transposed(gradient)), self.beta_2)
         if right:
             self._average(right.products, ops.matmul(_transposed(gradient), gradient), self.beta_2)
-        self._refine([basis for basis in (left, right) if basis])
+        if found := [basis for basis in bases if basis]:
+            self._refine(found)
 
     def _average(self, average: Any, value: Any, decay: float) -> None:
         self.assign_add(average, (1 - decay) * (value - average))
 
     def _refine(self, bases: list[_Basis]) -> None:
         """Update the eigenvectors by one orthogonal iteration, once in `basis_every` steps."""
-        if not bases:
-            return
         refined = ops.cond(
             ops.equal(ops.mod(self.iterations, self.basis_every), 0),
             lambda: tuple(ops.qr(ops.matmul(basis.products, basis.vectors))[0] for basis in bases),
@@ -159,13 +154,11 @@ def _transposed(stack: Any) -> Any:
     return ops.transpose(stack, (0, 2, 1))
 
 
-def _rotate(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
+def _rotate(stack: Any, bases: list[_Basis | None], back: bool = False) -> Any:
+    """Turn matrices into the bases of their two sides, or back; a side without a basis stays."""
+    left, right = bases
     if left:
-        stack = ops.matmul(_transposed(left.vectors), stack)
-    return ops.matmul(stack, right.vectors) if right else stack
-
-
-def _rotate_back(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
-    if left:
-        stack = ops.matmul(left.vectors, stack)
-    return ops.matmul(stack, _transposed(right.vectors)) if right else stack
+        stack = ops.matmul(left.vectors if back else _transposed(left.vectors), stack)
+    if right:
+        stack = ops.matmul(stack, _transposed(right.vectors) if back else right.vectors)
+    return stack

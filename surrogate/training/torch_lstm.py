@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import keras
-import torch
 from keras import ops
 
 
@@ -28,6 +27,8 @@ class TorchLSTM(keras.layers.LSTM):
         """
         if not self._is_standard or mask is not None:
             return super().inner_loop(sequences, initial_state, mask, training)
+        import torch
+
         cell = self.cell
         from_input, from_state, bias = (
             ops.convert_to_tensor(weight) for weight in (cell.kernel, cell.recurrent_kernel, cell.bias)
@@ -57,8 +58,14 @@ class TorchLSTM(keras.layers.LSTM):
         )
 
 
-def with_torch_lstm(model: keras.Model) -> keras.Model:
-    """Return a copy of a functional model with `TorchLSTM` layers, with the same weights in the same order."""
+def with_fused_lstm(model: keras.Model) -> keras.Model:
+    """Return the functional model to train.
+
+    Under PyTorch it is a copy with `TorchLSTM` layers and the same weights in the same order, under other backends the
+    model itself.
+    """
+    if keras.backend.backend() != "torch":
+        return model
 
     def copied(layer: keras.layers.Layer) -> keras.layers.Layer:
         kind = TorchLSTM if type(layer) is keras.layers.LSTM else type(layer)

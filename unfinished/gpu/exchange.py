@@ -9,6 +9,7 @@ folders of runs of its results, which `surrogate train` publishes or trains furt
 import argparse
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ import numpy as np
 from surrogate.architectures import build
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import joined_examples, scaled_examples
-from surrogate.training.fitting import BACKUP, compile_by, started
+from surrogate.training.fitting import compile_by, started
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import COLUMNS, Progress, read_progress, save_progress
+from surrogate.training.run_folder import BACKUP, COLUMNS, Progress, best_weights, read_progress, save_progress
 from surrogate.training.runs import Run, fit_scaling
 
 RUNS, DATASET = Path("results/training"), Path("published/dataset.h5")
@@ -75,7 +76,7 @@ def prepare(folder: Path, labels: list[str]) -> None:
         model = model_of(run)
         best, found = joined(model.trainable_variables), read_progress(begun)
         if found:
-            model.load_weights(begun / "best" / f"{found[0].best_epoch:05d}.weights.h5")
+            model.load_weights(best_weights(begun, found[0]))
             best = joined(model.trainable_variables)
             model.load_weights(begun / BACKUP[0])
         optimizer, history = model.optimizer, found[0].history if found else []
@@ -108,7 +109,7 @@ def collect(folder: Path) -> None:
         for row in progress.history:
             row["epoch"] = int(row["epoch"])
         shutil.rmtree(target, ignore_errors=True)
-        best = target / "best" / f"{progress.best_epoch:05d}.weights.h5"
+        best = best_weights(target, progress)
         for path in (best, target / BACKUP[0]):
             path.parent.mkdir(parents=True)
         put(state["best"], model.trainable_variables)
@@ -124,7 +125,8 @@ def collect(folder: Path) -> None:
             model.optimizer.learning_rate = found["rate"]
         model.save_weights(target / BACKUP[0])
         (target / BACKUP[1]).write_text(json.dumps({"epoch": progress.epoch, "batch": 0}))
-        save_progress(target, progress, run.identity.fingerprint, [*(target / name for name in BACKUP), best])
+        identity = replace(run.identity, backend=keras.backend.backend())
+        save_progress(target, progress, identity.fingerprint)
         print(f"{label}: {progress.epoch} epochs, {'finished' if found['finished'] else 'not finished'}")
 
 

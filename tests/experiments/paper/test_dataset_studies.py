@@ -9,9 +9,9 @@ from bem.reference_solutions import dmt
 from experiments.common import write_result
 from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
 from experiments.robustness import accuracy_price
+from paper_figures.measurements import solver
 from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
-from paper_figures.tables import table_accuracy_price
 from tests.bem.dataset import stand_in
 from tests.processes import ROOT
 
@@ -99,7 +99,7 @@ def test_price_compares_the_same_protocols(tmp_path, in_this_process):
     with pytest.raises(ValueError, match="reference_count must be a whole number from 1 to 40"):
         accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
     # The cost is that of the solver for all trajectories.
-    rows = table_accuracy_price.rows_of([level | {"seconds": level["seconds"] | {"mean": 3.0}} for level in levels])
+    rows = solver.rows_of([level | {"seconds": level["seconds"] | {"mean": 3.0}} for level in levels])
     assert [row[6] for row in rows] == ["2.0", "2.0", "2.0"]
 
 

@@ -9,7 +9,8 @@ import pytest
 from bem.dataset.designs import QUANTITIES
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import scaled_examples
-from surrogate.training import evaluation
+from surrogate.data.scaling import symlog
+from surrogate.training import runs
 from tests.data_files import editing
 from tests.surrogate.conftest import scaling_of
 
@@ -69,6 +70,8 @@ def test_statistics_ignore_what_is_held_out(dataset, copy):
             file["fms/force"][index] = 1e6
             file["protocols/tabor"][index] = 50.0
     before, after = scaling_of(dataset), scaling_of(TrajectoryDataset.load(copy), split=split)
+    tabor = symlog(dataset.protocols["tabor"][split.train])
+    assert before.tabor == pytest.approx((tabor.mean(), tabor.std()))
     assert replace(after, dataset_sha256=before.dataset_sha256) == before
 
 
@@ -105,11 +108,11 @@ def test_examples_have_the_models_shapes(dataset):
 
 def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
     seen = {}
-    monkeypatch.setattr(evaluation, "trajectory_errors", lambda *_, **given: seen.update(given))
+    monkeypatch.setattr(runs, "trajectory_errors", lambda *_, **given: seen.update(given))
     network = SimpleNamespace(
         scaling=scaling_of(dataset), batch=2, scaled=lambda sequence, _: np.zeros(sequence.shape[:2])
     )
-    evaluation.evaluate(network, dataset, np.arange(3))
+    runs.evaluate(network, dataset, np.arange(3))
     assert seen["unloading_from"] == 69
     assert seen["native_pull_off_force"].tolist() == dataset.scalars["pull_off_force"][:3].tolist()
 

@@ -8,7 +8,6 @@ from bem.dataset.sealed_file import arrays
 from surrogate.training.recipe import Recipe
 
 COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
-PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
 
 
 def recipe(tmp_path, table=COSINE, epochs=4, rate=1e-2):

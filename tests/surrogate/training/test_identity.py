@@ -4,13 +4,15 @@ import hashlib
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from surrogate.data.dataset import Split
 from surrogate.training.identity import (
     ALIKE,
     EVERYTHING,
     HELD_OUT,
-    TrainingIdentity,
+    Run,
     differences,
     facts_that_differ,
     read_identity,
@@ -25,7 +27,7 @@ RECIPE = Recipe.load("swift")
 
 @pytest.fixture
 def wanted(dataset):
-    return TrainingIdentity.of("M1-concat", dataset, dataset.split(), RECIPE)
+    return Run("M1-concat", dataset, dataset.split(), RECIPE).identity
 
 
 @pytest.mark.parametrize(
@@ -74,7 +76,7 @@ def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, datas
 
 OTHER = {
     "dataset": "b" * 64,
-    "parts": {"train": (0,), "validation": (1,), "test": (2,)},
+    "split": Split(*np.arange(3)[:, np.newaxis], seed=0),
     "recipe": {"name": "other"},
     "backend": "jax",
     "features": "A",
@@ -84,46 +86,40 @@ OTHER = {
 }
 
 
+def write_checkpoint(folder, identity):
+    folder.mkdir(exist_ok=True)
+    save_progress(folder, Progress(), identity.fingerprint)
+
+
 @pytest.mark.parametrize("name", OTHER)
-def test_every_quantity_tells_two_trainings_apart(name, wanted):
+def test_every_quantity_tells_two_trainings_apart_and_their_work_is_set_aside(name, wanted, tmp_path):
     other = replace(wanted, **{name: OTHER[name]})
     assert len(differences(other, wanted)) == 1
     assert len(facts_that_differ(other.fingerprint, wanted.fingerprint)) == 1
     assert (differences(other, wanted, ALIKE) == []) == (name == "backend" or name.startswith("architecture"))
     assert (other.digest == wanted.digest) == (name == "backend")
     assert len(EVERYTHING) == len(OTHER)
-
-
-def test_the_digest_is_the_one_that_published_results_hold(wanted):
-    content = {"dataset": wanted.dataset, "parts": wanted.parts, "recipe": RECIPE.as_dict(), "backend": ""}
-    content |= {"features": "D", "architecture": "M1-concat", "extra": None}
-    assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def write_checkpoint(folder, identity):
-    folder.mkdir(exist_ok=True)
-    save_progress(folder, Progress(), identity.fingerprint, [])
-
-
-@pytest.mark.parametrize("name", OTHER)
-def test_work_of_another_training_is_set_aside(name, wanted, tmp_path):
     folder = tmp_path / "run"
     assert set_aside(folder, wanted) is None
     write_checkpoint(folder, wanted)
     assert set_aside(folder, wanted) is None
-    write_checkpoint(folder, replace(wanted, **{name: OTHER[name]}))
+    write_checkpoint(folder, other)
     # Another backend is refused when the training resumes.
     aside = None if name == "backend" else tmp_path / "run.outdated-1"
     assert set_aside(folder, wanted) == aside
     assert folder.exists() == (aside is None)
 
 
+def test_the_digest_is_the_one_that_published_results_hold(wanted):
+    content = {"dataset": wanted.dataset, "parts": wanted.split.parts, "recipe": RECIPE.as_dict(), "backend": ""}
+    content |= {"features": "D", "architecture": "M1-concat", "extra": None}
+    assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
 @pytest.mark.parametrize(("recipe", "aside"), [("paper", False), ("swift", True)])
 def test_more_epochs_continue_a_recipe_that_is_not_paced_by_them(recipe, aside, dataset, tmp_path):
     fewer, more = (
-        TrainingIdentity.of(
-            "M1-concat", dataset, dataset.split(), Recipe.load(recipe).with_overrides(epochs=epochs), backend="jax"
-        )
+        Run("M1-concat", dataset, dataset.split(), Recipe.load(recipe).with_overrides(epochs=epochs)).identity
         for epochs in (3, 5)
     )
     write_checkpoint(tmp_path / "run", fewer)

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from surrogate.cli.app import app
-from surrogate.training.queue import STOPPED
+from surrogate.training.queue import STOPPED, stop_request
 from tests.surrogate.conftest import build_by, build_lstm
 from tests.surrogate.training import short_runs
 
@@ -88,3 +88,24 @@ def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path,
     assert (tmp_path / "models" / "M1-concat" / "run.json").is_file()
     for name, value in short_runs.weights(tmp_path / "runs" / "M1-concat").items():
         np.testing.assert_array_equal(value, undisturbed[name], err_msg=name)
+
+
+@pytest.fixture
+def handler():
+    """The handler of SIGTERM, which a test may replace."""
+    before = signal.getsignal(signal.SIGTERM)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize("how", ["SIGTERM", "STOP"])
+@pytest.mark.usefixtures("handler")
+def test_a_signal_or_a_file_asks_to_stop_and_a_second_signal_ends_the_process(how, tmp_path):
+    asked = stop_request(tmp_path)
+    assert not asked()
+    if how == "STOP":
+        (tmp_path / "STOP").touch()
+    else:
+        signal.raise_signal(signal.SIGTERM)
+    assert asked()
+    assert (signal.getsignal(signal.SIGTERM) is signal.SIG_DFL) == (how == "SIGTERM")

@@ -70,8 +70,7 @@ def test_two_steps_under_another_backend(backend, dataset, dataset_path, tmp_pat
 COMPARED = """
 import keras, numpy as np
 import surrogate
-from surrogate.training.torch_lstm import TorchLSTM
-from surrogate.training.fitting import with_fused_lstm
+from surrogate.training.torch_lstm import TorchLSTM, with_fused_lstm
 
 draw = np.random.default_rng(0)
 sequence, tabor, force = (draw.normal(size=shape).astype("float32") for shape in ((4, 30, 4), (4, 1), (4, 30, 1)))
@@ -97,13 +96,13 @@ for name in surrogate.names():
 
 UNUSUAL = """
 import keras, numpy as np
-from surrogate.training.torch_lstm import with_torch_lstm
+from surrogate.training.torch_lstm import with_fused_lstm
 
 sequence = keras.Input((9, 2))
 reverse = keras.layers.LSTM(3, go_backwards=True, return_sequences=True)(sequence)
 model = keras.Model(sequence, keras.layers.LSTM(3, activation="relu")(reverse))
 data = np.random.default_rng(0).normal(size=(4, 9, 2)).astype("float32")
-np.testing.assert_allclose(*(one.predict_on_batch(data) for one in (with_torch_lstm(model), model)), atol=1e-6)
+np.testing.assert_allclose(*(one.predict_on_batch(data) for one in (with_fused_lstm(model), model)), atol=1e-6)
 """
 
 

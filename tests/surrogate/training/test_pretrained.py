@@ -52,6 +52,8 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     train(data, tmp_path, command="some", report=seen.append)
     assert seen == []
     assert (folder / "model.onnx").read_bytes() == before
+    with pytest.raises(ValueError, match="Received: a checkpoint of another recipe"):
+        train(data, tmp_path, replace(RECIPE, epochs=2))
     pretrained.calibrate_published(folder, replace(data.elastic, protocols={**data.elastic.protocols, **ELASTIC}))
     again = load_banded(folder).bands.quantiles
     np.testing.assert_array_equal(again[:, :-1], model.bands.quantiles[:, :-1])
