@@ -26,7 +26,7 @@ HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
 FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "published": ""}
 """Published files and folders whose path is the argument."""
-PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
+PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""
 PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 """A result that belongs to the package."""

@@ -34,7 +34,7 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     """Those of figures and tables are the names of their modules."""
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
-    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset accuracy-price models
+    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-newest-keras lint format golden-trajectories check-lock lock clean docs docs-numbers
@@ -140,7 +140,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
     found = commands("paper", "cost-figures", "-B")
-    for name in ("figure-1", "figure-ranking", "table-accuracy-price"):
+    for name in ("figure-1", "figure-ranking", "table-ranking"):
         assert f"-m paper_figures {name} --results results --published published --leave-out" in found
         assert "--leave-out" not in commands("-B", name)
     assert (

@@ -40,8 +40,6 @@ Count = Annotated[int, typer.Option(help="Number of cases, of each kind where th
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
 """Options of several measurements."""
-UNSTATED = ("jobs", "workers")
-"""Options that do not change a result, and are left out of the command that it states, as paths are."""
 
 
 class Clock:
@@ -183,11 +181,11 @@ def fingerprint(**parts: Any) -> str:
 
 
 def stated(options: Mapping[str, Any]) -> list[str]:
-    """Options as words of a command line, without paths, `UNSTATED` and what is not given."""
+    """Options as words of a command line, but paths, what is not given, and the processes, which change no result."""
     words = []
     for name, value in options.items():
         for one in value if isinstance(value, list) else [value]:
-            if name in UNSTATED or isinstance(one, Path) or one is None or one is False:
+            if name == "jobs" or isinstance(one, Path) or one is None or one is False:
                 continue
             words += [f"--{name.replace('_', '-')}", *([] if one is True else [f"{one}"])]
     return words
