@@ -12,8 +12,8 @@ from typing import Any
 
 from bem.dataset.file import load_dataset
 from experiments.measurements.tools import absent, published
+from experiments.paper.model_comparison import read_model
 from experiments.paper_numbers import paper_values
-from experiments.trainings.training_speed import batch_seconds, training_seconds
 from surrogate.prediction.files import weights_sha256
 
 
@@ -40,7 +40,7 @@ def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any =
     surrogates: list[dict[str, Any]] = []
     others: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
     for name in published(models):
-        training = training_seconds(models / name, batch_seconds(training_speed))
+        training = read_model(models / name, training_speed)["core_seconds"]
         calls = [tool for tool in tools if tool.get("model") == name]
         current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
         if not current:

@@ -5,9 +5,8 @@ curve of a training therefore shows its validation error. The test error over co
 training of the reference architecture: the published model, and those trained for shorter and longer, by the paper's
 recipe, or on more data. The study reads `history.csv`, `metrics.json` and `run.json` of these models.
 
-The models were trained on processors of different speed. Where `experiments.trainings.training_speed` measured the cost
-of a batch for a recipe and an architecture, the minutes are those of the batches on that one machine, without
-validation. Otherwise they are those that the training took.
+The models were trained on processors of different speed. Their minutes are those of their batches on one machine,
+without validation, where `experiments.trainings.training_speed` measured them.
 """
 
 from pathlib import Path
@@ -16,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from experiments.common import dataset_digest
-from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
-from experiments.trainings.training_speed import batch_seconds, epoch_seconds
+from experiments.paper.model_comparison import REFERENCE, outdated, paper_mse, published, read_model
 from surrogate.architectures.naming import names
 
 BUDGETS = (
@@ -27,14 +25,10 @@ BUDGETS = (
 """Further trainings of the reference architecture, which `make more-models` publishes."""
 
 
-def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
-    """One published model: its learning curve, and its held-out error at the end; `batch` is the seconds of one."""
-    found = read_model(folder)
+def trained(folder: Path, speed: Any) -> dict[str, Any]:
+    """One published model: its learning curve, and its held-out error at the end."""
+    found = read_model(folder, speed)
     history = found["history"]
-    if batch is not None:
-        each = epoch_seconds(found["training_trajectories"], found["recipe"], batch)
-        history["cpu_seconds"] = [epoch * each for epoch in history["epoch"]]
-        found["core_seconds"] = history["cpu_seconds"][-1]
     return {
         "name": folder.name,
         "recipe": found["recipe"]["name"],
@@ -42,7 +36,7 @@ def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
         "training_trajectories": found["training_trajectories"],
         "core_minutes": found["core_seconds"] / 60.0,
         "test_mse": found["mse"],
-        "minutes_to_paper_mse": minutes_to(history, paper_mse()),
+        "minutes_to_paper_mse": found["minutes_to_paper_mse"],
         "history": {
             "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
             "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
@@ -54,12 +48,8 @@ def study(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, 
     """Collect the published trainings, and list the missing ones."""
     lineages = published(models)
     old = outdated(lineages, dataset_digest(dataset), models)
-    batch = batch_seconds(training_speed)
-    runs = {
-        name: trained(models / name, batch.get((one.recipe["name"], one.architecture)))
-        for name, one in lineages.items()
-        if name in (*names(), *BUDGETS) and name not in old
-    }
+    shown = [name for name in lineages if name in (*names(), *BUDGETS) and name not in old]
+    runs = {name: trained(models / name, training_speed) for name in shown}
     absent = [name for name in (*names(), *BUDGETS) if name not in runs]
     return {
         "paper_mse": paper_mse(),

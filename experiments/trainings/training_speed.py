@@ -14,7 +14,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.text_files import read_json, read_toml
 from bem.dataset.measurement_steps import FMS
 from experiments.measurements.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
@@ -49,29 +48,14 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     return [seconds / length for seconds in timed(block, repeats)]
 
 
-def batch_seconds(speed: Any) -> dict[tuple[str, str], float]:
-    """Seconds of a batch by recipe and architecture, from the result of this study; empty if there is none."""
-    models = speed["models"].items() if speed else ()
-    found = {(speed["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
-    return found | {(PAPER, name): one["median"] for name, one in (speed or {}).get("by_paper_recipe", {}).items()}
-
-
-def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
-    """Core seconds of the batches of an epoch, from the seconds of each batch."""
-    return -(-trajectories // recipe["batch_size"]) * each
-
-
-def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float | None:
-    """Core seconds of a published model's training: of its batches if measured, otherwise as its record states.
-
-    They are not known (`None`) of a training on a GPU whose batches were not measured.
-    """
-    run = read_json(folder / "run.json")
-    recipe = read_toml(folder / "recipe.toml") if batch else {"name": ""}
-    each = batch.get((recipe["name"], run["architecture"]))
-    if each is None:
-        return None if "device" in run else float(run["cpu_seconds"])
-    return float(run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each))
+def epoch_seconds(speed: Any, recipe: dict[str, Any], architecture: str, trajectories: int) -> float | None:
+    """Core seconds of the batches of an epoch, from the result of this study; `None` where it has not timed them."""
+    if speed is None:
+        return None
+    ours = {name: one["seconds_per_batch"] for name, one in speed["models"].items()}
+    timed = {speed["recipe"]: ours, PAPER: speed.get("by_paper_recipe", {})}
+    batch = timed.get(recipe["name"], {}).get(architecture)
+    return batch and -(-trajectories // recipe["batch_size"]) * batch["median"]
 
 
 def study(

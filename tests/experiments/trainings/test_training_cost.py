@@ -3,7 +3,6 @@
 from experiments.common import dataset_digest
 from experiments.paper.model_comparison import minutes_to, read_model
 from experiments.trainings import training_cost
-from experiments.trainings.training_speed import training_seconds
 from tests.experiments import models
 
 
@@ -16,12 +15,15 @@ def test_minutes_and_seconds_of_a_training(dataset, tmp_path):
     assert minutes_to(history, 0.2) == 2.0
     assert minutes_to(history, 0.01) is None
     write_model(tmp_path / "M1-concat", dataset, 3e-4)
-    measured = {("swift", "M1-concat"): 10.0}
-    assert training_seconds(tmp_path / "M1-concat", {("paper", "M1-concat"): 10.0}) == 120.0
-    assert training_seconds(tmp_path / "M1-concat", measured) == 2 * 3 * 10.0
+    # 48 trajectories in batches of 20 take three of them an epoch.
+    swift = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}
+    by_paper = {"recipe": "swift", "models": {}, "by_paper_recipe": {"M1-concat": {"median": 10.0}}}
+    seconds = [read_model(tmp_path / "M1-concat", speed)["core_seconds"] for speed in (None, by_paper, swift)]
+    assert seconds == [120.0, 120.0, 2 * 3 * 10.0]
     write_model(tmp_path / "M1-FiLM", dataset, 3e-4, device="a GPU")
-    assert training_seconds(tmp_path / "M1-FiLM", measured) is None
-    assert read_model(tmp_path / "M1-FiLM")["hours"] is None
+    assert read_model(tmp_path / "M1-FiLM", swift)["hours"] is None
+    write_model(tmp_path / "M1-concat-paper", dataset, 3e-4, device="a GPU", recipe='name = "paper"\nbatch_size = 8\n')
+    assert read_model(tmp_path / "M1-concat-paper", by_paper)["hours"] == 2 * 6 * 10.0 / 3600.0
 
 
 def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset, tmp_path):
