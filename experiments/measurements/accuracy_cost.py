@@ -116,7 +116,7 @@ def study(
     """Measure all tools."""
     cases = held_out(count, dataset)
     exact = tools.refined(cases, jobs)
-    steps = tools.from_steps(exact[:, 2:], np.array([case.depths for case in cases]))
+    steps = tools.from_steps(exact[:, 2:], np.array([case.grid()[1] for case in cases]))
     absent = tools.absent(models, dataset)
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with threadpool_limits(limits=1), without_extrapolation_warnings():

@@ -4,10 +4,9 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import asdict, dataclass
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Self
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
-from bem.dataset.measurement_steps import measurement_times
+from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -42,9 +41,9 @@ class Case:
     protocol: LoadingProtocol
 
     @classmethod
-    def of(cls, row: dict[str, float]) -> Self:
-        """The case of one row of columns; a modulus ratio of 1 is an elastic solid."""
-        ratio = row.get("modulus_ratio", MODULUS_RATIO)
+    def of(cls, row: dict[str, float], modulus_ratio: float = MODULUS_RATIO) -> Self:
+        """The case of one row of columns, which may have a modulus ratio of its own; 1 is an elastic solid."""
+        ratio = row.get("modulus_ratio", modulus_ratio)
         material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
         law = LennardJones() if row.get("adhesion", 1.0) else HardContact()
         return cls(Scene(row["tabor"], material, law), LoadingProtocol(**{name: row[name] for name in QUANTITIES[1:]}))
@@ -64,19 +63,20 @@ class Case:
             raise RuntimeError(f"{self} did not complete: {found.status}")
         return found
 
-    @property
-    def steps(self) -> np.ndarray:
-        """Instants of the 120 fixed measurement steps, of shape (120,)."""
-        return measurement_times(self.protocol, self.scene.tabor)
+    def grid(self, counts: tuple[int, int, int] = FMS) -> tuple[np.ndarray, np.ndarray]:
+        """Instants and indentations of the measurement steps, each of shape (steps,)."""
+        times, indentations = measurement_grid(tabor=self.scene.tabor, **asdict(self.protocol), counts=counts)
+        return times[0], indentations[0]
 
-    @property
-    def depths(self) -> np.ndarray:
-        """Indentation at the measurement steps, of shape (120,)."""
-        return self.protocol.history(self.scene.tabor).indentation_at(self.steps)
+    def on_steps(self, trajectory: Trajectory, counts: tuple[int, int, int] = FMS) -> dict[str, np.ndarray]:
+        """Time, indentation and simulated force at the measurement steps, each of shape (steps,)."""
+        times, indentations = self.grid(counts)
+        return {"time": times, "indentation": indentations, "force": trajectory.at(times)}
 
-    def force_history(self, trajectory: Trajectory) -> np.ndarray:
-        """Force at the measurement steps, of shape (120,)."""
-        return trajectory.at(np.minimum(self.steps, trajectory.time[-1]))
+
+def native(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """The solver's own history, ready for JSON."""
+    return {name: getattr(trajectory, name) for name in ("time", "indentation", "force")}
 
 
 def held_out(count: int, dataset: Path) -> list[Case]:
@@ -127,7 +127,7 @@ class Hidden:
     @classmethod
     def corners(cls, modulus_ratio: float) -> Self:
         """All corners of the paper's ranges, 32 protocols."""
-        columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
+        columns = np.array(list(product(*PAPER_RANGES.values()))).T
         quantities = dict(zip(PAPER_RANGES, columns, strict=True))
         return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
 

@@ -39,7 +39,7 @@ def answer_of(case: Case, trajectory: Trajectory) -> np.ndarray:
     """The answer in a trajectory."""
     if not trajectory.completed:
         return np.full(122, np.nan)
-    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.force_history(trajectory)])
+    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.on_steps(trajectory)["force"]])
 
 
 def solver_at(accuracy: str | float) -> Tool:

@@ -45,7 +45,7 @@ def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -
         rows.append([abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit])
         if not banded:
             continue
-        force = true.at(np.minimum(one.time, true.time[-1]))
+        force = true.at(one.time)
         intervals = one.pull_off_interval, one.pull_off_time_interval, one.hysteresis_interval
         values = true.pull_off_force, true.pull_off_time, true.hysteresis
         inside = [low <= value <= high for (low, high), value in zip(intervals, values, strict=True)]

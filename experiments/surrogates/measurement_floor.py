@@ -61,8 +61,7 @@ def errors(
     trajectories: Sequence[Trajectory], times: np.ndarray, indentations: np.ndarray, counts: tuple[int, int, int]
 ) -> np.ndarray:
     """The same of the solver's own forces at the steps, which are a perfect model's."""
-    pairs = zip(trajectories, times, strict=True)
-    force = np.array([one.at(np.minimum(instants, one.time[-1])) for one, instants in pairs])
+    force = np.array([one.at(instants) for one, instants in zip(trajectories, times, strict=True)])
     return reading_errors(times, indentations, force, counts, results_of(trajectories).T)
 
 
@@ -73,8 +72,7 @@ def example() -> dict[str, Any]:
     found = {"indentation": true.indentation[true.unloading], "force": true.force[true.unloading], "steps": {}}
     for kind, counts in KINDS.items():
         times, indentations = (values[0, counts[0] + counts[1] - 1 :] for values in grid(kind, protocol))
-        force = true.at(np.minimum(times, true.time[-1]))
-        found["steps"][kind] = {"indentation": indentations, "force": force}
+        found["steps"][kind] = {"indentation": indentations, "force": true.at(times)}
     return found
 
 

@@ -100,8 +100,7 @@ def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[
     found = {}
     for name, (folder, kind) in folders.items():
         model = common.load_surrogate(folder.name, folder.parent)
-        with common.without_extrapolation_warnings():
-            force = model.predict_history(*grids[kind], common.scenes(hidden.quantities["tabor"]))
+        force = common.predicted(model, *grids[kind], hidden.quantities["tabor"])
         found[name] = summed(reading_errors(*grids[kind], force, KINDS[kind], results_of(trajectories).T))
     return found, {kind: summed(errors(trajectories, *grids[kind], counts)) for kind, counts in KINDS.items()}
 

@@ -40,7 +40,7 @@ def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
     slow, fast, short = made_case(1.0, 80.0, 0.1), made_case(1.0, 80.0, 1e4, 1e-3), made_case(3.0, 20.0, 1.0, 3.0)
     for name, case in (("Hertz, rubbery", slow), ("Hertz, glassy", fast), ("Lee and Radok, until the peak", fast)):
         force = forms[name].answer(case)[2:]
-        exact = case.force_history(case.run("draft"))
+        exact = case.on_steps(case.run("draft"))["force"]
         assert force_error(force[None], exact[None])[0] < 0.05
         assert np.isnan(force[closed_forms.FIRST_UNLOADING + 1 :]).all() == name.startswith("Lee")
     pull_off, _, *force = forms["Persson-Brener, pull-off"].answer(short)
