@@ -106,7 +106,7 @@ def without_extrapolation_warnings() -> Iterator[None]:
 
 
 def predicted(trained: Surrogate, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike) -> np.ndarray:
-    """Forces that a surrogate predicts at measurement steps, of the shape of `times`, without extrapolation warnings."""
+    """Forces that a surrogate predicts at measurement steps, of the shape of `times`; it warns of no extrapolation."""
     with without_extrapolation_warnings():
         return trained.predict_history(times, indentations, scenes(tabor))
 

@@ -101,25 +101,22 @@ class Places:
 
         `asked_by` is the make target that calls it, for messages; options are left out.
         """
-        parameters, options = inspect.signature(function).parameters, options_of(function)
-        asked = [one for name, one in parameters.items() if name not in options]
-        return {one.name: self._argument(one, function, asked_by) for one in asked}
-
-    def _argument(self, parameter: inspect.Parameter, function: Callable[..., Any], asked_by: str) -> Any:
-        name = parameter.name
-        if name == "out":
-            return self.path(asked_by)
-        if name == "config":
-            study = inspect.getmodule(function)
-            own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
-            return read_config(self.taken.get("config", own), *getattr(study, "KEYS", ()))
-        if name == "configs":
-            return self.configs
-        if name in FOLDERS:
-            return self.path(name)
-        if parameter.default is None and not self.path(name).is_file():
-            return None
-        return self.read(name, asked_by)
+        found: dict[str, Any] = {}
+        for name, parameter in inspect.signature(function).parameters.items():
+            if name in options_of(function):
+                continue
+            if name == "config":
+                own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
+                keys = getattr(inspect.getmodule(function), "KEYS", ())
+                found[name] = read_config(self.taken.get("config", own), *keys)
+            elif name == "configs":
+                found[name] = self.configs
+            elif name == "out" or name in FOLDERS:
+                found[name] = self.path(asked_by if name == "out" else name)
+            else:
+                absent = parameter.default is None and not self.path(name).is_file()
+                found[name] = None if absent else self.read(name, asked_by)
+        return found
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:

@@ -14,13 +14,17 @@ import numpy as np
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
-from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
+from bem.dataset.records import grid_of
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
 """Seed of the hidden protocols; the trainings use others."""
 ANY_SOLID = (0.01, 1.0)
 """Modulus ratios of the solids that the pretrained models know."""
+RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
+STEPS = {"uniform": FMS, "physical": PHYSICAL}
+"""Points of loading, dwell and unloading, by the kind of measurement steps."""
 BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
@@ -31,6 +35,17 @@ EDGES = {
     "modulus_ratio": ("Modulus ratio", (0.01, 0.1, 1.0)),
 }
 """Quantities that divide protocols into regions: their names, and the bounds of the regions."""
+
+
+def completed(trajectory: Trajectory, what: str) -> Trajectory:
+    """The trajectory of a simulation, which must have reached its end.
+
+    Raises:
+        RuntimeError: It did not; `what` names it.
+    """
+    if not trajectory.completed:
+        raise RuntimeError(f"{what} did not complete: {trajectory.status}")
+    return trajectory
 
 
 @dataclass(frozen=True)
@@ -58,10 +73,7 @@ class Case:
         Raises:
             RuntimeError: The simulation did not complete.
         """
-        found = simulate(self.scene, self.protocol, accuracy, profiles=profiles)
-        if not found.completed:
-            raise RuntimeError(f"{self} did not complete: {found.status}")
-        return found
+        return completed(simulate(self.scene, self.protocol, accuracy, profiles=profiles), str(self))
 
     def grid(self, counts: tuple[int, int, int] = FMS) -> tuple[np.ndarray, np.ndarray]:
         """Instants and indentations of the measurement steps, each of shape (steps,)."""
@@ -114,14 +126,14 @@ def drawn(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class Hidden:
-    """Protocols off the paper's grid, which no training has seen, as columns."""
+    """Protocols off the paper's grid, which no training has seen, as columns, with their modulus ratio."""
 
     quantities: dict[str, np.ndarray]
 
     @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Self:
+    def draw(cls, count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED) -> Self:
         """Draw protocols in the paper's ranges."""
-        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, HIDDEN_SEED)
+        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
         return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
 
     @classmethod
@@ -137,6 +149,11 @@ class Hidden:
     def part(self, rows: slice) -> Self:
         """Some of the protocols."""
         return type(self)({name: values[rows] for name, values in self.quantities.items()})
+
+    def grid(self, kind: str) -> tuple[np.ndarray, np.ndarray]:
+        """Instants and indentations of a kind of measurement steps, each of shape (n, steps)."""
+        quantities = {name: self.quantities[name] for name in QUANTITIES}
+        return grid_of(kind, quantities, self.quantities["modulus_ratio"], STEPS[kind])
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""

@@ -13,6 +13,7 @@ machine. A measurement is therefore not published if its processor seconds are t
 import hashlib
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -154,6 +155,15 @@ def in_fresh_process(source: str, *arguments: object, **environment: str) -> lis
     if answer.returncode:
         raise RuntimeError(f"a process of its own failed: {''.join(answer.stderr.splitlines()[-1:])}")
     return [float(word) for word in answer.stdout.split()]
+
+
+def of_command(*words: str, **environment: str) -> tuple[float, float]:
+    """Wall and processor seconds of a `bem` command, its workers included."""
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    command = [sys.executable, "-m", "bem", *words]
+    subprocess.run(command, env=os.environ | environment, check=True, capture_output=True)
+    wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def in_parallel(

@@ -3,10 +3,6 @@
 Scenes are named by what they show. Errors are against the same simulation at a finer accuracy.
 """
 
-import os
-import resource
-import subprocess
-import sys
 import tempfile
 from typing import Any
 
@@ -14,7 +10,7 @@ import numpy as np
 
 import bem
 from bem import ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from experiments.measurements.harness import CLOCK, Repeats, Seed
+from experiments.measurements.harness import CLOCK, Repeats, Seed, of_command
 
 SOLID = StandardLinearSolid(0.1)
 LOSING_LITTLE = (0.8, 0.9)
@@ -29,15 +25,6 @@ SLOW = 0.1
 def cycle(peak: float, rate: float, dwell: float = 0.0) -> LoadingProtocol:
     """Loading and unloading at one rate."""
     return LoadingProtocol(peak_indentation=peak, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
-
-
-def of_command(*words: str, cache: str = "") -> float:
-    """Processor seconds of a whole command, with an empty cache of kernels in a folder if one is given."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
-    subprocess.run([sys.executable, "-m", "bem", *words], env=environment, capture_output=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def in_seconds(scene: Scene, protocol: LoadingProtocol, accuracy: str) -> dict[str, Any]:
@@ -70,11 +57,11 @@ def largest_in_contact() -> float:
 def study(*, repeats: Repeats = 5, seed: Seed = 1) -> dict[str, Any]:
     """Measure what a row of the page states."""
     with tempfile.TemporaryDirectory() as folder:
-        compiled = of_command("compile", cache=folder)
+        _, compiled = of_command("compile", NUMBA_CACHE_DIR=folder)
     materials = {"elastic": bem.Elastic(), "viscoelastic": SOLID}
     return {
         "compile_seconds": compiled,
-        "command_seconds": min(of_command("simulate", *PROTOCOL) for _ in range(repeats)),
+        "command_seconds": min(of_command("simulate", *PROTOCOL)[1] for _ in range(repeats)),
         "loops": {tabor: simulate(Scene(tabor), cycle(30.0, 1.0)).hysteresis_accuracy for tabor in LOSING_LITTLE},
         "elastic": [in_seconds(Scene(3.0), cycle(30.0, 1.0), "reference") for _ in range(2)],
         "large": {

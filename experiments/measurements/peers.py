@@ -23,6 +23,7 @@ import typer
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
 from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
+from experiments.measurements.cases import completed
 from experiments.measurements.harness import progress, timed
 from experiments.measurements.other_software import adhesion_largest_tension, installed, tamaas_hertz
 from experiments.measurements.tools import EXACT_TARGET
@@ -50,21 +51,10 @@ class Run:
     repeats: int = REPEATS
 
 
-def completed(trajectory: Trajectory) -> Trajectory:
-    """The trajectory.
-
-    Raises:
-        RuntimeError: It did not complete.
-    """
-    if not trajectory.completed:
-        raise RuntimeError(f"the simulation must complete; received {trajectory.status!r}")
-    return trajectory
-
-
 def simulated(tabor: float, accuracy: str | float, *, adhesive: bool = True) -> Trajectory:
     """The elastic sphere by the solver."""
     scene = Scene(tabor, Elastic(), LennardJones() if adhesive else HardContact())
-    return completed(simulate(scene, PROTOCOL, accuracy))
+    return completed(simulate(scene, PROTOCOL, accuracy), f"the sphere at {accuracy}")
 
 
 def by_form(form: ModuleType, tabor: float) -> float:
@@ -84,7 +74,7 @@ def runs(finest: int) -> Iterator[Run]:
             yield Run(problem, "solver", str(one), lambda mu=tabor, one=one: simulated(mu, one).pull_off_force)
         for nodes in NODES:
             method = partial(simulate_paper_method, scene, PROTOCOL, nodes=nodes, steps=STEPS)
-            find = lambda method=method: completed(method()).pull_off_force  # noqa: E731
+            find = lambda method=method: completed(method(), "the sphere by the paper's method").pull_off_force  # noqa: E731
             yield Run(problem, "paper's discretisation", f"{nodes} nodes", find)
         for grid in (one for one in GRIDS if one <= finest):
             find = partial(adhesion_largest_tension, tabor, grid, START)

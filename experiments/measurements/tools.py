@@ -14,11 +14,10 @@ import numpy as np
 
 from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, PHYSICAL, measurement_grid
-from bem.dataset.records import grid_of
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
-from experiments.measurements.cases import Case, Hidden
+from experiments.measurements.cases import STEPS, Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
 from experiments.paper.model_comparison import published as published_trainings
 from experiments.paper.model_comparison import trained_otherwise
@@ -117,22 +116,26 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
         return model.predict(asked, hidden.protocols(), **options)
 
 
+def points_of(name: str, hidden: Hidden) -> list[list[tuple[float, float, bool]]]:
+    """What a stream is told of each protocol: time, indentation and edge at the steps of the model's training."""
+    kind = "physical" if name in NAMES else "uniform"
+    loading, dwell, _ = STEPS[kind]
+    edges = [step in (loading - 1, loading + dwell - 1) for step in range(sum(STEPS[kind]))]
+    times, depths = (values.tolist() for values in hidden.grid(kind))
+    return [list(zip(*pair, edges, strict=True)) for pair in zip(times, depths, strict=True)]
+
+
 def streamed(model: Any, name: str, hidden: Hidden) -> Callable[[int], int]:
     """What takes all steps of one protocol, on the measurement steps of the model's training, and counts them."""
-    kind, counts = ("physical", PHYSICAL) if name in NAMES else ("uniform", FMS)
     ratio = hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO
-    protocols = {quantity: hidden.quantities[quantity] for quantity in QUANTITIES}
-    times, indentations = grid_of(kind, protocols, ratio, counts)
-    edges = (counts[0] - 1, counts[0] + counts[1] - 1)
-    points = [list(zip(*pair, strict=True)) for pair in zip(times.tolist(), indentations.tolist(), strict=True)]
+    points = points_of(name, hidden)
     with without_extrapolation_warnings():
         streams = [model.stream(scene) for scene in scenes(hidden.quantities["tabor"], ratio)]
 
     def steps(row: int) -> int:
-        stream = streams[row]
-        stream.reset()
-        for step, (instant, indentation) in enumerate(points[row]):
-            stream.step(instant, indentation, step in edges)
+        streams[row].reset()
+        for point in points[row]:
+            streams[row].step(*point)
         return len(points[row])
 
     return steps

@@ -11,10 +11,7 @@ from typing import Any
 import numpy as np
 
 from bem import Trajectory
-from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FMS, PHYSICAL
-from bem.dataset.records import grid_of
-from experiments.measurements.cases import ANY_SOLID, Hidden, results_of
+from experiments.measurements.cases import ANY_SOLID, STEPS, Hidden, results_of
 from experiments.measurements.harness import Count
 from experiments.measurements.statistics import quantiles
 
@@ -27,15 +24,8 @@ EXAMPLE = {
     "modulus_ratio": 0.04,
 }
 """A narrow peak, drawn with both kinds of steps."""
-KINDS = {"uniform": FMS, "physical": PHYSICAL}
 READINGS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
 """Highest step, a parabola's top there, and the loop by trapezoids and by cubics."""
-
-
-def grid(kind: str, protocols: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Instants and indentations of the steps of some protocols, each (n, N)."""
-    quantities = {name: protocols[name] for name in QUANTITIES}
-    return grid_of(kind, quantities, protocols["modulus_ratio"], KINDS[kind])
 
 
 def reading_errors(
@@ -68,10 +58,11 @@ def errors(
 def example() -> dict[str, Any]:
     """The force of one protocol, and both kinds of steps on it, while unloading."""
     protocol = {name: np.array([value]) for name, value in EXAMPLE.items()}
-    (true,) = Hidden(protocol).simulated()
+    hidden = Hidden(protocol)
+    (true,) = hidden.simulated()
     found = {"indentation": true.indentation[true.unloading], "force": true.force[true.unloading], "steps": {}}
-    for kind, counts in KINDS.items():
-        times, indentations = (values[0, counts[0] + counts[1] - 1 :] for values in grid(kind, protocol))
+    for kind, counts in STEPS.items():
+        times, indentations = (values[0, counts[0] + counts[1] - 1 :] for values in hidden.grid(kind))
         found["steps"][kind] = {"indentation": indentations, "force": true.at(times)}
     return found
 
@@ -81,8 +72,8 @@ def study(*, count: Count = 2000) -> dict[str, Any]:
     hidden = Hidden.draw(count, ANY_SOLID)
     trajectories = list(hidden.simulated())
     content: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
-    for kind, counts in KINDS.items():
-        found = errors(trajectories, *grid(kind, hidden.quantities), counts)
+    for kind, counts in STEPS.items():
+        found = errors(trajectories, *hidden.grid(kind), counts)
         readings = {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
         content["kinds"][kind] = {"counts": counts, **readings, "pull_off_errors": np.sort(found[0])}
     return content

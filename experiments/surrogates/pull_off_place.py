@@ -13,10 +13,9 @@ from bem.dataset import physical_steps
 from bem.dataset.designs import OUTERMOST, PAPER_RANGES
 from bem.dataset.measurement_steps import PHYSICAL, STEPS_VERSION
 from bem.protocol import default_start_indentation
-from experiments.measurements.cases import ANY_SOLID, Hidden
+from experiments.measurements.cases import RANGES, Hidden
 from experiments.surrogates.measurement_floor import errors
 
-RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
 CORNERS = 2 ** len(RANGES)
 FITTED = {"box": (3000, 1), "edges": (3000, 2), "corners": (20 * CORNERS, 3)}
 JUDGED = {"box": (3000, 4), "corners": (60 * CORNERS, 5)}
@@ -69,8 +68,7 @@ def study() -> dict[str, Any]:
     content: dict[str, Any] = {"steps_version": STEPS_VERSION, "coefficients": found.tolist()}
     for kind in JUDGED:
         hidden, trajectories = parts["judged", kind]
-        grid = physical_steps.physical_grid(**hidden.quantities)
-        floor = 100.0 * errors(trajectories, *grid, PHYSICAL)[1]
+        floor = 100.0 * errors(trajectories, *hidden.grid("physical"), PHYSICAL)[1]
         residual = logs["judged", kind] - terms["judged", kind] @ found
         content[kind] = {"residual": np.quantile(residual, [0.05, 0.5, 0.95]), "p99": float(np.quantile(floor, 0.99))}
         if kind == "corners":

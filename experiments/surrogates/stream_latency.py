@@ -13,13 +13,11 @@ import numpy as np
 import typer
 
 from bem._support.provenance import versions
-from bem.dataset.designs import Design
-from bem.dataset.measurement_steps import FMS, measurement_grid
-from experiments.common import scenes
+from experiments.common import MODULUS_RATIO, scenes
+from experiments.measurements.cases import Hidden
 from experiments.measurements.harness import CLOCK, in_fresh_process
+from experiments.measurements.tools import points_of
 
-EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
-"""Indices of the measurement steps at which the dwell starts and ends."""
 PERCENTILES = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}
 START = """
 import time; started = time.perf_counter()
@@ -38,19 +36,19 @@ def step_microseconds(name: str, models: Path | None, steps: int) -> np.ndarray:
     """Microseconds of the steps of a stream, each timed separately, along a trajectory of 120 steps; shape (steps,)."""
     import surrogate
 
-    columns = Design("log-uniform").protocols(1, seed=1)
-    history = list(zip(*(values[0].tolist() for values in measurement_grid(**columns)), strict=True))
-    stream = surrogate.load(name, models).stream(scenes(columns["tabor"])[0])
+    hidden = Hidden.draw(1, MODULUS_RATIO, seed=1)
+    (points,) = points_of(name, hidden)
+    stream = surrogate.load(name, models).stream(scenes(hidden.quantities["tabor"])[0])
     spent = np.empty(steps, dtype=np.int64)
     clock = time.perf_counter_ns
     with CLOCK:
         for index in range(steps):
-            at = index % len(history)
+            at = index % len(points)
             if at == 0:
                 stream.reset()
-            instant, depth = history[at]
+            point = points[at]
             started = clock()
-            stream.step(instant, depth, at in EDGES)
+            stream.step(*point)
             spent[index] = clock() - started
     return spent / 1e3
 

@@ -7,7 +7,7 @@ from experiments.measurements.cases import Hidden
 DRAW = Hidden.draw
 
 
-def shallow(count, ratio):
+def shallow(count, ratio, *seed):
     """In place of `Hidden.draw`: the shallowest of forty times as many."""
-    drawn = DRAW(40 * count, ratio)
+    drawn = DRAW(40 * count, ratio, *seed)
     return drawn.part(np.argsort(drawn.quantities["peak_indentation"])[:count])

@@ -1,5 +1,3 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -90,9 +88,6 @@ class Answer:
 
 def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch):
     monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
-    drawn = SimpleNamespace(protocols=lambda count, _: shallow(count, errors_by_place.ANY_SOLID).quantities)
-    design = errors_by_place.Design
-    monkeypatch.setattr(errors_by_place, "Design", lambda one, **of: design(one, **of) if one == "corners" else drawn)
     content = errors_by_place.study(count=4, corner=1, seed=3)["models"]
     assert list(content["M1-concat"]) == ["paper", "vertices"]
     for place in ("paper", "box"):

@@ -132,9 +132,9 @@ def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypat
     monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))
     shares = {"exact": 0.0, "off": 0.5}
     monkeypatch.setattr(feature_sets.common, "load_surrogate", lambda name, _: Copy(shares[name]))
-    folders = {f"{name}-{kind}": (tmp_path / name, kind) for name in shares for kind in feature_sets.KINDS}
+    folders = {f"{name}-{kind}": (tmp_path / name, kind) for name in shares for kind in feature_sets.STEPS}
     found, floor = feature_sets.hidden_errors(folders, 4)
-    for kind in feature_sets.KINDS:
+    for kind in feature_sets.STEPS:
         assert floor[kind]["count"] == 4
         for reading in READINGS:
             exact, off = (found[f"{name}-{kind}"][reading] for name in ("exact", "off"))
