@@ -1,8 +1,8 @@
 """Force curves from closed forms that share no code with the models: Hertz, cone, DMT, JKR behind a spring, Ting.
 
 A form draws a contact and gives instants (s), places of the stage (m), tensions (N), the arguments of `Setup` that are
-known, and the true parameters. Each curve has an unknown contact point, an offset, a tilt, a drag and noise. `CLASSES[name](rng)`
-gives the curve, the setup that is known, and the truth.
+known, and the true parameters. Each curve has an unknown contact point, an offset, a tilt, a drag and noise.
+`CLASSES[name](rng)` gives the curve, the setup that is known, and the truth.
 """
 
 from functools import partial
