@@ -11,7 +11,7 @@ from bem._support.wording import markdown_table
 from experiments.common import ended_by_recipe
 from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS, read_model
 from experiments.trainings import ranking as rankings
-from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
+from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number, table_rows
