@@ -2,7 +2,7 @@
 
 An answer is an array of pull-off force, hysteresis and the forces at the 120 measurement steps, of shape (122,); NaN
 where a tool does not complete. The timed work runs from the protocol to this answer. Closed forms are in
-`experiments.measurements.closed_forms`, other software in `experiments.measurements.other_software`.
+`experiments.measurements.closed_forms`, other software in `experiments.measurements.peers`.
 """
 
 from collections.abc import Callable, Sequence
