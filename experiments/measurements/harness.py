@@ -43,20 +43,17 @@ Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
 """Options of several measurements."""
 
 
+def hands() -> tuple[float, float]:
+    """Wall seconds, and processor seconds of this process on all cores, since any instant."""
+    return time.perf_counter(), time.process_time()
+
+
 class Clock:
-    """Measures the code inside `with clock:`, in processor seconds, and their ratio to wall seconds over all runs.
+    """Measures the code inside `with clock:`, in processor seconds, and their ratio to wall seconds over all runs."""
 
-    Args:
-        processor: Function that returns the processor seconds of this process, on all cores.
-        wall: Function that returns the wall time in seconds.
-    """
-
-    def __init__(
-        self, processor: Callable[[], float] = time.process_time, wall: Callable[[], float] = time.perf_counter
-    ) -> None:
+    def __init__(self) -> None:
         self.seconds = 0.0
         """Processor seconds of the last run."""
-        self._clocks = (wall, processor)
         self._wall = self._processor = 0.0
 
     @property
@@ -65,11 +62,11 @@ class Clock:
         return self._processor / self._wall if self._wall > 0.0 else None
 
     def __enter__(self) -> Self:
-        self._started = [clock() for clock in self._clocks]
+        self._started = hands()
         return self
 
     def __exit__(self, *_: object) -> None:
-        wall, self.seconds = (clock() - begin for clock, begin in zip(self._clocks, self._started, strict=True))
+        wall, self.seconds = np.subtract(hands(), self._started).tolist()
         self._wall, self._processor = self._wall + wall, self._processor + min(self.seconds, wall)
 
 
