@@ -125,20 +125,19 @@ def points_of(name: str, hidden: Hidden) -> list[list[tuple[float, float, bool]]
     return [list(zip(*pair, edges, strict=True)) for pair in zip(times, depths, strict=True)]
 
 
-def streamed(model: Any, name: str, hidden: Hidden) -> Callable[[int], int]:
-    """What takes all steps of one protocol, on the measurement steps of the model's training, and counts them."""
+def streamed(model: Any, name: str, hidden: Hidden) -> tuple[Callable[[int], None], int]:
+    """What takes all steps of one protocol, on the measurement steps of the model's training, and their number."""
     ratio = hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO
     points = points_of(name, hidden)
     with without_extrapolation_warnings():
         streams = [model.stream(scene) for scene in scenes(hidden.quantities["tabor"], ratio)]
 
-    def steps(row: int) -> int:
+    def take(row: int) -> None:
         streams[row].reset()
         for point in points[row]:
             streams[row].step(*point)
-        return len(points[row])
 
-    return steps
+    return take, len(points[0])
 
 
 def published(models: Path) -> list[str]:
@@ -146,13 +145,8 @@ def published(models: Path) -> list[str]:
     return [name for name in names() if all((models / name / file).is_file() for file in FILES)]
 
 
-def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
-    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds."""
-    return trained_otherwise(published_trainings(models), dataset_digest(dataset))
-
-
 def absent(models: Path, dataset: Path) -> dict[str, list[str]]:
     """Architectures that are not published completely, and published ones that the comparison leaves out."""
-    present, otherwise = published(models), left_out(models, dataset)
+    present, otherwise = published(models), trained_otherwise(published_trainings(models), dataset_digest(dataset))
     missing = [name for name in names() if name not in present]
     return {"missing": missing, "outdated": [name for name in present if name in otherwise]}
