@@ -9,6 +9,7 @@ measurements, are published. Keyword-only parameters are options of the command 
 
 import inspect
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -34,6 +35,15 @@ PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
 LeaveOut = Annotated[bool, typer.Option("--leave-out", help="Go on without it, if what it needs is not there.")]
+
+
+def studies() -> dict[str, str]:
+    """Module of each study, by the name of the study; modules without a study are shared code."""
+    found = {}
+    for path in HERE.glob("*/*.py"):
+        for own in re.findall(r"^def study(?:_(\w+))?\(", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            found[own or path.stem] = f"experiments.{path.parent.name}.{path.stem}"
+    return dict(sorted(found.items()))
 
 
 def read_config(path: Path, *keys: str) -> dict[str, Any]:
@@ -93,8 +103,7 @@ class Places:
             return f"`make {target}` makes it"
         if self.path(name).parent.name == "studies":
             return f"`make {asked_by}` makes it"
-        measured = any(HERE.glob(f"*/{name}.py"))
-        return f"`make measure-{target}` makes it" if measured else "restore it from the repository"
+        return f"`make measure-{target}` makes it" if name in studies() else "restore it from the repository"
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
         """Arguments of a study, or of what composes a figure or a table, by the names of its parameters.

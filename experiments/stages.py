@@ -1,8 +1,8 @@
 """The stages of the reproduction from scratch and the expected hours of each, printed before each stage begins.
 
 The hours follow from the core seconds stored with the published results: the data set, the result files of the studies
-that train, and `run.json` of the models, or their batches if `experiments.trainings.training_speed` measured these on
-one machine. A stage with an unpublished part shows an estimate and says so.
+that train, and `run.json` of the models, or their batches if the study `training_speed` measured these on one machine.
+A stage with an unpublished part shows an estimate and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """

@@ -77,7 +77,7 @@ def surrogates(
 ) -> list[dict[str, Any]]:
     """Every published model in each way of calling it, and the models of any solid; `old` are marked."""
     rows = []
-    for name in progress([*tools.published(models), *tools.NAMES], "surrogates"):
+    for name in progress([*tools.complete(models), *tools.NAMES], "surrogates"):
         if name in tools.NAMES:
             kind, before, more = name, "", {}
             calls = {"ONNX": tools.pretrained(name)}

@@ -19,8 +19,7 @@ from bem.solver.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import STEPS, Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
-from experiments.paper.model_comparison import published as published_trainings
-from experiments.paper.model_comparison import trained_otherwise
+from experiments.paper.model_comparison import published, trained_otherwise
 from surrogate.architectures.naming import names
 from surrogate.prediction.files import BANDED as NAMES
 from surrogate.prediction.files import PUBLISHED_BANDED, weights_sha256
@@ -140,13 +139,13 @@ def streamed(model: Any, name: str, hidden: Hidden) -> tuple[Callable[[int], Non
     return take, len(points[0])
 
 
-def published(models: Path) -> list[str]:
+def complete(models: Path) -> list[str]:
     """Names of the complete model directories, in the order of the architectures."""
     return [name for name in names() if all((models / name / file).is_file() for file in FILES)]
 
 
 def absent(models: Path, dataset: Path) -> dict[str, list[str]]:
     """Architectures that are not published completely, and published ones that the comparison leaves out."""
-    present, otherwise = published(models), trained_otherwise(published_trainings(models), dataset_digest(dataset))
+    present, otherwise = complete(models), trained_otherwise(published(models), dataset_digest(dataset))
     missing = [name for name in names() if name not in present]
     return {"missing": missing, "outdated": [name for name in present if name in otherwise]}

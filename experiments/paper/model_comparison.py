@@ -14,7 +14,6 @@ from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
 from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
-from experiments.trainings.training_speed import epoch_seconds
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
@@ -49,11 +48,21 @@ def paper_mse() -> float:
     return float(paper_values("reference_model")["mse"])
 
 
+def epoch_seconds(speed: Any, recipe: dict[str, Any], architecture: str, trajectories: int) -> float | None:
+    """Core seconds of the batches of an epoch, where the study `training_speed`, of this result, has timed them."""
+    if speed is None:
+        return None
+    ours = {name: one["seconds_per_batch"] for name, one in speed["models"].items()}
+    timed = {speed["recipe"]: ours, "paper": speed.get("by_paper_recipe", {})}
+    batch = timed.get(recipe["name"], {}).get(architecture)
+    return batch and -(-trajectories // recipe["batch_size"]) * batch["median"]
+
+
 def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
     """Training and held-out errors of a model directory.
 
-    Core seconds are those of the training's batches on one machine, where `experiments.trainings.training_speed`
-    measured them and `speed` is its result. Otherwise they are as recorded, and `None` if a GPU (`device`) trained it.
+    Core seconds are those of the training's batches on one machine, where the study `training_speed`, of the result
+    `speed`, has timed them. Otherwise they are as recorded, and `None` if a GPU (`device`) trained it.
     """
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
     history, recipe = read_history(folder / "history.csv"), read_toml(folder / "recipe.toml")

@@ -14,7 +14,7 @@ from experiments.measurements.cases import held_out
 from experiments.measurements.closed_forms import Form
 from experiments.measurements.statistics import force_error
 from experiments.places import Places
-from experiments.trainings import amortisation
+from experiments.trainings import training_costs
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.prediction.files import PUBLISHED, weights_sha256
 from tests.experiments import models
@@ -89,7 +89,7 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
     measured = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]
     measured.append({"model": "M1-gated", "setting": "M1-gated"} | common)
-    content = amortisation.study({"tools": measured}, dataset, folder)
+    content = training_costs.study_amortisation({"tools": measured}, dataset, folder)
     assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
     (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
     assert line["fixed_seconds"] == load_dataset(dataset).scalars["solver_seconds"].sum() + 120.0
@@ -119,7 +119,7 @@ def test_surrogates_are_measured_and_what_is_missing_is_named(tmp_path, monkeypa
     (tmp_path / "M1-FiLM" / "model.weights.h5").unlink()
     recipe = tmp_path / "M2-concat" / "recipe.toml"
     recipe.write_text(recipe.read_text(encoding="utf-8").replace("swift", "other"), encoding="utf-8")
-    assert tools.published(trained) == ["M1-concat", "M2-concat"]
+    assert tools.complete(trained) == ["M1-concat", "M2-concat"]
     absent = tools.absent(trained, DATASET)
     assert (absent["missing"][:1], absent["outdated"]) == (["M1-FiLM"], ["M2-concat"])
     for name, value in {"TARGETS": (1.7e-2,), "BASELINE": {}, "FORMS": (), "SINGLE_CALLS": 2, "BATCH": 4}.items():
@@ -136,7 +136,7 @@ def test_surrogates_are_measured_and_what_is_missing_is_named(tmp_path, monkeypa
     pretrained = [tool for tool in content["tools"] if tool["kind"] in ("fast", "accurate")]
     assert [tool["setting"] for tool in pretrained] == 2 * ["ONNX single", "ONNX batch"]
     assert all(tool["errors"]["pull_off_force"]["median"] < 0.1 for tool in pretrained)
-    later = amortisation.study(content, DATASET, trained)
+    later = training_costs.study_amortisation(content, DATASET, trained)
     for found in (content, later):
         assert (found["outdated"], len(found["missing"])) == (["M2-concat"], 16)
     assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])
@@ -183,7 +183,7 @@ def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
 
 
 def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
-    content = amortisation.study(cost, dataset, tmp_path / "no models")
+    content = training_costs.study_amortisation(cost, dataset, tmp_path / "no models")
     crossing = next(c for c in content["break_even"] if c["solver"] == "paper's solver")
     paper = {line["name"]: line for line in content["lines"]}
     at = crossing["queries"]
@@ -192,8 +192,8 @@ def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
     )
     assert 12_450 < at < 13_000
     assert (
-        amortisation.break_even(amortisation.line("dear", "", 1.0, 2.0), amortisation.line("cheap", "", 0.0, 1.0))
+        training_costs.break_even(training_costs.line("dear", "", 1.0, 2.0), training_costs.line("cheap", "", 0.0, 1.0))
         is None
     )
     with pytest.raises(FileNotFoundError, match="make measure-accuracy-cost"):
-        Places(published=tmp_path).arguments(amortisation.study, "amortisation")
+        Places(published=tmp_path).arguments(training_costs.study_amortisation, "amortisation")

@@ -8,9 +8,8 @@ import pytest
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.file import load_dataset
-from experiments.measurements import campaign_scale, contact_ticks, harness, limits
+from experiments.measurements import campaign_scale, harness, latencies, limits
 from experiments.measurements.cases import Case
-from experiments.surrogates import stream_latency
 
 
 def test_one_process_saves_and_writes_what_there_is(dataset, tmp_path):
@@ -29,16 +28,16 @@ def test_scheduling_is_measured_with_workers_that_sleep():
 
 @pytest.mark.parametrize(("dwell", "count"), [(0.01, 56), (10.0, 100)])
 def test_a_protocol_is_followed_in_ticks_up_to_the_longest_number(dwell, count, monkeypatch):
-    monkeypatch.setattr(contact_ticks, "LONGEST", 100)
+    monkeypatch.setattr(latencies, "LONGEST", 100)
     protocol = LoadingProtocol(peak_indentation=0.2, loading_rate=100.0, dwell_time=dwell, unloading_rate=100.0)
-    spent = contact_ticks.ticks(Case(Scene(1.0, StandardLinearSolid(0.1)), protocol), np.random.default_rng(0))
+    spent = latencies.ticks(Case(Scene(1.0, StandardLinearSolid(0.1)), protocol), np.random.default_rng(0))
     assert len(spent) == count
     assert min(spent) > 0.0
 
 
 def test_the_shares_are_found(monkeypatch):
-    monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4, 4e-4, 5e-3, 3e-4])
-    content = contact_ticks.study(count=2)
+    monkeypatch.setattr(latencies, "ticks", lambda *_: [2e-4, 4e-4, 5e-3, 3e-4])
+    content = latencies.study_contact_ticks(count=2)
     assert (content["count"], content["below_a_millisecond"]) == (8, 0.75)
 
 
@@ -61,15 +60,15 @@ def instants(monkeypatch):
     """Steps of 0, 1, ... 1000 microseconds, from when they begin to when they end; the steps that were taken."""
     taken = []
     ticks = iter(np.stack([np.zeros(1001), 1e3 * np.arange(1001)], axis=1).ravel().tolist())
-    monkeypatch.setattr(stream_latency, "time", SimpleNamespace(perf_counter_ns=lambda: next(ticks)))
+    monkeypatch.setattr(latencies, "time", SimpleNamespace(perf_counter_ns=lambda: next(ticks)))
     stream = SimpleNamespace(reset=lambda: taken.append("reset"), step=lambda *point: taken.append(point[-1]))
     monkeypatch.setattr(surrogate, "load", lambda *_: SimpleNamespace(stream=lambda _: stream))
-    monkeypatch.setattr(stream_latency, "in_fresh_process", lambda *_, **__: [0.5])
+    monkeypatch.setattr(latencies, "in_fresh_process", lambda *_, **__: [0.5])
     return taken
 
 
 def test_percentiles_of_a_stream_are_those_of_their_names(instants):
-    found = stream_latency.study(model="any", steps=1001)
+    found = latencies.study_stream_latency(model="any", steps=1001)
     assert found["microseconds"] == pytest.approx({"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0})
     assert found["share_above_50_microseconds"] == 950 / 1001
     assert instants[0] == "reset"
@@ -79,6 +78,6 @@ def test_percentiles_of_a_stream_are_those_of_their_names(instants):
 
 
 def test_a_stream_of_a_published_model_is_timed():
-    spent = stream_latency.step_microseconds("M1-concat", None, 240)
+    spent = latencies.step_microseconds("M1-concat", None, 240)
     assert spent.shape == (240,)
     assert 0.1 < np.median(spent) < 1e4

@@ -3,9 +3,8 @@
 import pytest
 
 from experiments.common import dataset_digest
-from experiments.paper.model_comparison import minutes_to, read_model
-from experiments.trainings import training_cost, training_speed
-from surrogate.architectures import naming
+from experiments.paper.model_comparison import epoch_seconds, minutes_to, read_model
+from experiments.trainings import training_costs
 from tests.experiments import models
 from tests.surrogate.conftest import build_tiny
 
@@ -35,7 +34,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     write_model(folder / "M1-concat", dataset, 3e-4)
     write_model(folder / "M1-concat-8-epochs", dataset, 9e-4)
     write_model(folder / "M1-concat-large", dataset, 1e-5, dataset_sha256="0")
-    content = training_cost.study(dataset, folder)
+    content = training_costs.study_training_cost(dataset, folder)
     assert read_model(folder / "M1-concat")["validation_mse"] == 4e-4
     (reference,) = content["models"]
     assert reference["history"]["best_mse"] == [0.3, 4e-4]
@@ -44,10 +43,10 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     assert content["minutes_to_paper_mse"] == 2.0
     assert [(one["name"], one["test_mse"]) for one in content["beside"]] == [("M1-concat-8-epochs", 9e-4)]
     assert list(content["outdated"]) == ["M1-concat-large"]
-    assert len(content["missing"]) == 17 + len(training_cost.BUDGETS) - 1
+    assert len(content["missing"]) == 17 + len(training_costs.BUDGETS) - 1
     # With what a batch costs on one machine, 48 trajectories in batches of 20 take three of them an epoch.
     batches = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}
-    content = training_cost.study(dataset, folder, batches)
+    content = training_costs.study_training_cost(dataset, folder, batches)
     (reference,) = content["models"]
     assert reference["history"]["core_minutes"] == [0.5, 1.0]
     assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 1.0)
@@ -56,18 +55,18 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
 def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
     # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
     monkeypatch.setattr("surrogate.build", build_tiny)
-    monkeypatch.setattr(naming, "names", lambda: ["M3-concat", "M4-gated"])
-    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
-    found = training_speed.study(dataset, repeats=2)
+    monkeypatch.setattr(training_costs, "names", lambda: ["M3-concat", "M4-gated"])
+    monkeypatch.setattr(training_costs, "limit_threads", lambda _: None)
+    found = training_costs.study_training_speed(dataset, repeats=2)
     assert list(found["models"]) == ["M3-concat", "M4-gated"]
     for one in found["models"].values():
         assert one["seconds_per_batch"]["count"] == 2
-        epoch_seconds = one["seconds_per_batch"]["median"] * found["batches"]
-        assert one["hours"] == pytest.approx(epoch_seconds * found["epochs"] / 3600.0)
+        epoch = one["seconds_per_batch"]["median"] * found["batches"]
+        assert one["hours"] == pytest.approx(epoch * found["epochs"] / 3600.0)
     assert {one["count"] for one in found["by_paper_recipe"].values()} == {2}
     for recipe in ("swift", "paper"):
         settings = {"name": recipe, "batch_size": 8}
-        known = [training_speed.epoch_seconds(found, settings, one, 80) for one in ("M3-concat", "M4-gated", "M1-FiLM")]
+        known = [epoch_seconds(found, settings, one, 80) for one in ("M3-concat", "M4-gated", "M1-FiLM")]
         assert known[0] > 0.0 < known[1]
         assert known[2] is None
     longest = found["longest_training"]
@@ -76,8 +75,8 @@ def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
 
 
 def test_a_chosen_model_is_only_timed(dataset, monkeypatch, capsys):
-    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
-    monkeypatch.setattr(training_speed, "BLOCK", 4)
-    monkeypatch.setattr(training_speed, "timed", lambda _, repeats: [10.0] * repeats)
-    assert training_speed.study(dataset, recipe="paper", only=["M4-gated"], repeats=1) is None
+    monkeypatch.setattr(training_costs, "limit_threads", lambda _: None)
+    monkeypatch.setattr(training_costs, "BLOCK", 4)
+    monkeypatch.setattr(training_costs, "timed", lambda _, repeats: [10.0] * repeats)
+    assert training_costs.study_training_speed(dataset, recipe="paper", only=["M4-gated"], repeats=1) is None
     assert capsys.readouterr().out.split()[:3] == ["M4-gated", "2500", "ms"]  # ten seconds for four batches
