@@ -4,7 +4,7 @@ Each is simulated at standard accuracy and again with a quarter of the target er
 simulation ended, steps, jumps, seconds, the change of pull-off force and work under refinement, and the energy balance:
 the work of the closed loop over the integral of |P d(delta)|, which is never negative in a solid that cannot create
 energy. They are also run at coarser accuracies, at which a solver fails first. Random protocols, inside the box and
-beyond it, are those of `experiments.robustness.soak`.
+beyond it, are those of `experiments.robustness.random_scenes`.
 """
 
 from typing import Any

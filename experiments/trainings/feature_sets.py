@@ -24,7 +24,7 @@ from bem.dataset.designs import agree
 from experiments import common
 from experiments.measurements.cases import STEPS, Hidden, results_of
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates.measurement_floor import READINGS, errors, reading_errors
+from experiments.surrogates.measurement_steps import READINGS, errors, reading_errors
 from experiments.trainings.variants import WORK, Variant, Work, kept_folder, train_variants
 from surrogate.data.dataset import TrajectoryDataset
 

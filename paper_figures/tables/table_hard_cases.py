@@ -1,7 +1,7 @@
 """Table: the solver at named extremes, and random protocols over the paper's box and far beyond it in the soak.
 
-The table reads the measurement of `experiments.robustness.hard_case_map`, and that of `experiments.robustness.soak` if
-there is one.
+The table reads the measurement of `experiments.robustness.hard_case_map`, and the soak of
+`experiments.robustness.random_scenes` if there is one.
 """
 
 from collections.abc import Callable

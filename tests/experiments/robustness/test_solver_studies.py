@@ -8,7 +8,7 @@ import pytest
 from bem import ForceProtocol, LoadingProtocol
 from bem.reference_solutions import jkr
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.robustness import bench_solver, hard_case_map, large_tabor, soak
+from experiments.robustness import bench_solver, hard_case_map, random_scenes
 from experiments.robustness.bench_solver import ROOT, compared, solved
 from experiments.robustness.hard_case_map import relative_change
 
@@ -85,14 +85,14 @@ def test_extremes():
 
 
 def test_scenes_lie_in_their_classes_and_a_simple_one_hardly_changes_under_refinement():
-    rows = large_tabor.drawn(30, seed=1)
-    for name, bounds in (("tabor", large_tabor.TABORS), ("rate", large_tabor.RATES)):
+    rows = random_scenes.large(30, seed=1)
+    for name, bounds in (("tabor", random_scenes.TABORS), ("rate", random_scenes.RATES)):
         assert all(bounds[0] <= row[name] <= bounds[-1] for row in rows)
-    assert {row["device"] for row in rows} == set(large_tabor.DEVICES)
+    assert {row["device"] for row in rows} == set(random_scenes.DEVICES)
     by_force = next(row for row in rows if row["device"] == "force")
-    assert isinstance(large_tabor.case(by_force)[1], ForceProtocol)
+    assert isinstance(random_scenes.case(by_force)[1], ForceProtocol)
     row = {"device": "stage", "tabor": 10.0, "rate": 0.1, "depth": 0.5, "spring": 1.0, "modulus_ratio": 1.0}
-    found = large_tabor.solved(row, refine=True)
+    found = random_scenes.solved(row, refine=True)
     assert found["status"].startswith("completed")
     assert found["change"] < 0.02
 
@@ -101,7 +101,7 @@ PEAK = np.sin(np.linspace(0.0, 3.0, 40))
 
 
 def soaked(count, beyond, folder, stiff=0):
-    return soak.study(count=count, beyond=beyond, stiff=stiff, jobs=1, folder=folder / "chunks")
+    return random_scenes.study_soak(count=count, beyond=beyond, stiff=stiff, jobs=1, folder=folder / "chunks")
 
 
 FLAT = np.concatenate([np.linspace(0.0, -1.0, 50)[:20], np.zeros(30)])
@@ -122,11 +122,11 @@ FLAT = np.concatenate([np.linspace(0.0, -1.0, 50)[:20], np.zeros(30)])
     ],
 )
 def test_lone_spikes_are_seen_and_peaks_and_jumps_are_none(force, scale, shares):
-    assert soak.lone_spikes(np.array(force), scale) == pytest.approx(shares, rel=0.01)
+    assert random_scenes.lone_spikes(np.array(force), scale) == pytest.approx(shares, rel=0.01)
 
 
 def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(soak, "CHUNK", 6)
+    monkeypatch.setattr(random_scenes, "CHUNK", 6)
     content = soaked(48, 12, tmp_path, stiff=6)
     inside, beyond = content["inside"], content["beyond"]
     assert beyond["memory_growth"] is None  # too few chunks to say
@@ -135,27 +135,27 @@ def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
         found = content[where]
         assert found["raised"] == found["silent"] == 0
         assert found["statuses"] == {"completed": found["protocols"]}
-    monkeypatch.setattr(soak, "soaked", None)
+    monkeypatch.setattr(random_scenes, "soaked", None)
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
 
 def test_memory_grows():
     row = {"status": "completed", "raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 1.0}
     chunks = [{"rows": [row], "memory": size} for size in [100] * 4 + [150] * 4]
-    assert soak.summary(chunks)["memory_growth"] == pytest.approx(0.5)
+    assert random_scenes.summary(chunks)["memory_growth"] == pytest.approx(0.5)
 
 
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
-    monkeypatch.setattr(soak, "soaked", lambda _: {})
+    monkeypatch.setattr(random_scenes, "soaked", lambda _: {})
 
     def kept(seed):
-        soak.chunk("inside", 0, 4, seed, tmp_path)
+        random_scenes.chunk("inside", 0, 4, seed, tmp_path)
         return len(list(tmp_path.iterdir()))
 
     assert [kept(1), kept(1), kept(2)] == [1, 1, 2]
-    monkeypatch.setattr(soak, "ACCURACY", "draft")
+    monkeypatch.setattr(random_scenes, "ACCURACY", "draft")
     assert kept(1) == 3
-    monkeypatch.setattr(soak, "SOLVER_VERSION", "another")
+    monkeypatch.setattr(random_scenes, "SOLVER_VERSION", "another")
     assert kept(1) == 4
 
 
@@ -164,14 +164,14 @@ def test_soak_sees_exceptions(monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr(Case, "run", broken)
-    found = soak.soaked(rows_of(drawn("inside", 1, 0))[0])
+    found = random_scenes.soaked(rows_of(drawn("inside", 1, 0))[0])
     assert found["raised"]
     assert found["status"] == "ZeroDivisionError: division by zero"
 
 
 @pytest.mark.slow
 def test_one_percent_of_the_soak(tmp_path, monkeypatch):
-    monkeypatch.setattr(soak, "CHUNK", 25)
+    monkeypatch.setattr(random_scenes, "CHUNK", 25)
     content = soaked(1000, 200, tmp_path)
     for where in ("inside", "beyond"):
         assert content[where]["statuses"] == {"completed": content[where]["protocols"]}

@@ -5,7 +5,7 @@ from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates import errors_by_place, inverse_problem, measurement_floor, ways_to_call
+from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, ways_to_call
 from tests.experiments.shallow import DRAW, shallow
 
 CORNERS = Hidden.corners
@@ -38,7 +38,7 @@ def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
 
 
 def test_the_floor_of_both_kinds_of_steps():
-    content = measurement_floor.study(count=6)
+    content = measurement_steps.study_measurement_floor(count=6)
     floors = [content["kinds"][kind]["pull_off"]["p90"] for kind in ("uniform", "physical")]
     assert all(floor >= 0.0 for floor in floors)
     assert len(content["kinds"]["physical"]["pull_off_errors"]) == 6
