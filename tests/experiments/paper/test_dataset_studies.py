@@ -90,6 +90,8 @@ def test_example_of_the_real_solver():
     found = dataset_examples.example("x", quantities, "draft")
     assert len(found["steps"]["force"]) == 120
     assert found["phase_times"][3] == found["steps"]["time"][-1]
+    for quantity in ("indentation", "force"):
+        assert found["steps"][quantity][[0, -1]] == pytest.approx(found["native"][quantity][[0, -1]])
     assert found["results"]["pull_off_force"] == max(
         force
         for time, force in zip(found["native"]["time"], found["native"]["force"], strict=True)
