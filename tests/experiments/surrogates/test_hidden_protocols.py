@@ -6,7 +6,7 @@ from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, ways_to_call
-from tests.experiments.shallow import DRAW, shallow
+from tests.experiments.models import DRAW, shallow
 
 CORNERS = Hidden.corners
 

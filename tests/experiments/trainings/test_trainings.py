@@ -17,8 +17,7 @@ from experiments.trainings.variants import Variant, kept_folder
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
-from tests.experiments.models import write_training
-from tests.experiments.shallow import shallow
+from tests.experiments.models import shallow, write_training
 
 VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
 
