@@ -59,8 +59,7 @@ paper: figures tables report  ## Figures, tables and the report
 
 PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
 	figure-ranking figure-learning-curves figure-plateau figure-features figure-fms-transfer graphical-abstract
-PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models \
-	table-ranking table-accuracy-price
+PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models table-ranking
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
 LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
@@ -100,7 +99,6 @@ $(F)/graphical-abstract.pdf: $(S)/canonical_regimes.json $(S)/error_statistics.j
 $(T)/protocols-dataset.md: $(S)/dataset_examples.json $(S)/dataset_statistics.json
 $(T)/persson-brener.md: $(S)/persson_brener.json
 $(T)/models.md: $(S)/model_comparison.json $(PUBLISHED)/model_forces.json $(MEASURED)/training_speed.json
-$(T)/accuracy-price.md: $(PUBLISHED)/accuracy_price.json
 $(COST_FIGURES:%=$(F)/%.pdf) $(COST_TABLES:table-%=$(T)/%.md): $(wildcard $(MEASURED)/*.json)
 
 STUDIES := dataset_examples dataset_statistics canonical_regimes persson_brener error_statistics fms_transfer \
@@ -182,16 +180,14 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
-PUBLISHED_STUDIES := accuracy-price feature-sets data-efficiency ranking model-forces
+PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
 OWN :=
-accuracy-price: OWN = --folder $(OUT)/accuracy_price  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
 feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
 feature-sets: OWN = --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
 data-efficiency: OWN = --work $(OUT)/training_studies/data_efficiency  ## Train on decreasing shares of the data and publish the errors
 ranking:  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 model-forces:  ## Publish which models were trained on the forces of the published data set
-$(filter-out accuracy-price,$(PUBLISHED_STUDIES)): $(DATASET)
-$(PUBLISHED_STUDIES): | $(INSTALLED)
+$(PUBLISHED_STUDIES): $(DATASET) | $(INSTALLED)
 	json=$(PUBLISHED)/$(subst -,_,$@).json; status=0; $(PY) -m experiments $(subst -,_,$@) $(PLACES) --configs $(CONFIGS) $(OWN) || \
 		status=$$?; [ ! -e $$json ] || $(SUMS) $$json; exit $$status
 

@@ -1,9 +1,9 @@
 """Run one study: `python -m experiments NAME ...`.
 
-A study is a module with a function `study`, which returns the content of one result, or `None` for nothing to write.
-The runner supplies the arguments of the function, as `experiments.places` describes, each with an option that names
-another file, and writes the result under the name of the module; what `stated` keeps of the options is the command that
-the result states.
+A study is a function `study_NAME`, or `study` of the module NAME, which returns the content of one result, or `None`
+for nothing to write. The runner supplies the arguments of the function, as `experiments.places` describes, each with an
+option that names another file, and writes the result under its name; what `stated` keeps of the options is the command
+that the result states.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -19,18 +19,10 @@ import typer
 
 from experiments import places
 
-HERE = Path(__file__).parent
-
-
-def modules() -> dict[str, str]:
-    """Module of each study, by the name of the study; modules without a function `study` are shared code."""
-    files = sorted(path for path in HERE.glob("*/*.py") if "\ndef study(" in path.read_text(encoding="utf-8"))
-    return {path.stem: f"experiments.{path.parent.name}.{path.stem}" for path in files}
-
 
 def command_of(module: ModuleType, name: str) -> Any:
     """The command of a study, which publishes what it returns."""
-    study = module.study
+    study = getattr(module, f"study_{name}", None) or module.study
 
     def command(
         results: places.ResultsFolder = Path("results"),
@@ -61,7 +53,7 @@ def command_of(module: ModuleType, name: str) -> Any:
 
 def main() -> None:
     """Run the study that the command line names."""
-    places.run_named("experiments", modules(), command_of)
+    places.run_named("experiments", places.studies(), command_of)
 
 
 if __name__ == "__main__":

@@ -20,14 +20,12 @@ import numpy as np
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem._support.text_files import read_json
-from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.places import CONFIGS as CONFIGS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from bem import Scene, Trajectory
+    from bem import Scene
     from surrogate.prediction.predictor import Surrogate
 
 DATASET = Path("published/dataset.h5")
@@ -78,15 +76,6 @@ def require_dataset(folder: Path, dataset: Path) -> None:
         )
 
 
-def on_steps(
-    quantities: dict[str, float], trajectory: Trajectory, points_per_phase: tuple[int, int, int] = FMS
-) -> dict[str, np.ndarray]:
-    """Time, indentation and simulated force at the measurement steps, each of shape (steps,)."""
-    times, indentations = measurement_grid(**{name: quantities[name] for name in QUANTITIES}, counts=points_per_phase)
-    force = trajectory.at(times[0].clip(max=trajectory.time[-1]))
-    return {"time": times[0], "indentation": indentations[0], "force": force}
-
-
 def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
     """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras.
 
@@ -116,10 +105,10 @@ def without_extrapolation_warnings() -> Iterator[None]:
         yield
 
 
-def predicted(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float) -> np.ndarray:
-    """Force that a surrogate predicts at the measurement steps, of shape (steps,), without extrapolation warnings."""
+def predicted(trained: Surrogate, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike) -> np.ndarray:
+    """Forces that a surrogate predicts at measurement steps, of the shape of `times`; it warns of no extrapolation."""
     with without_extrapolation_warnings():
-        return trained.predict_history(steps["time"], steps["indentation"], scenes(tabor)[0])
+        return trained.predict_history(times, indentations, scenes(tabor))
 
 
 def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[Scene]:

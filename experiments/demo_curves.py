@@ -100,7 +100,7 @@ def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray,
     """
     protocol = curve["protocol"]
     trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
-    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
+    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times))
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:

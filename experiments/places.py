@@ -9,6 +9,7 @@ measurements, are published. Keyword-only parameters are options of the command 
 
 import inspect
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -26,7 +27,7 @@ HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
 FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "published": ""}
 """Published files and folders whose path is the argument."""
-PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
+PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""
 PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 """A result that belongs to the package."""
@@ -34,6 +35,15 @@ PULL_OFF_PLACE = HERE.parent / "bem" / "dataset" / "pull_off_place.json"
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
 LeaveOut = Annotated[bool, typer.Option("--leave-out", help="Go on without it, if what it needs is not there.")]
+
+
+def studies() -> dict[str, str]:
+    """Module of each study, by the name of the study; modules without a study are shared code."""
+    found = {}
+    for path in HERE.glob("*/*.py"):
+        for own in re.findall(r"^def study(?:_(\w+))?\(", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            found[own or path.stem] = f"experiments.{path.parent.name}.{path.stem}"
+    return dict(sorted(found.items()))
 
 
 def read_config(path: Path, *keys: str) -> dict[str, Any]:
@@ -93,33 +103,29 @@ class Places:
             return f"`make {target}` makes it"
         if self.path(name).parent.name == "studies":
             return f"`make {asked_by}` makes it"
-        measured = any(HERE.glob(f"*/{name}.py"))
-        return f"`make measure-{target}` makes it" if measured else "restore it from the repository"
+        return f"`make measure-{target}` makes it" if name in studies() else "restore it from the repository"
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
         """Arguments of a study, or of what composes a figure or a table, by the names of its parameters.
 
         `asked_by` is the make target that calls it, for messages; options are left out.
         """
-        parameters, options = inspect.signature(function).parameters, options_of(function)
-        asked = [one for name, one in parameters.items() if name not in options]
-        return {one.name: self._argument(one, function, asked_by) for one in asked}
-
-    def _argument(self, parameter: inspect.Parameter, function: Callable[..., Any], asked_by: str) -> Any:
-        name = parameter.name
-        if name == "out":
-            return self.path(asked_by)
-        if name == "config":
-            study = inspect.getmodule(function)
-            own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
-            return read_config(self.taken.get("config", own), *getattr(study, "KEYS", ()))
-        if name == "configs":
-            return self.configs
-        if name in FOLDERS:
-            return self.path(name)
-        if parameter.default is None and not self.path(name).is_file():
-            return None
-        return self.read(name, asked_by)
+        found: dict[str, Any] = {}
+        for name, parameter in inspect.signature(function).parameters.items():
+            if name in options_of(function):
+                continue
+            if name == "config":
+                own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
+                keys = getattr(inspect.getmodule(function), "KEYS", ())
+                found[name] = read_config(self.taken.get("config", own), *keys)
+            elif name == "configs":
+                found[name] = self.configs
+            elif name == "out" or name in FOLDERS:
+                found[name] = self.path(asked_by if name == "out" else name)
+            else:
+                absent = parameter.default is None and not self.path(name).is_file()
+                found[name] = None if absent else self.read(name, asked_by)
+        return found
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:

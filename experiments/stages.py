@@ -1,8 +1,8 @@
 """The stages of the reproduction from scratch and the expected hours of each, printed before each stage begins.
 
 The hours follow from the core seconds stored with the published results: the data set, the result files of the studies
-that train, and `run.json` of the models, or their batches if `experiments.trainings.training_speed` measured these on
-one machine. A stage with an unpublished part shows an estimate and says so.
+that train, and `run.json` of the models, or their batches if the study `training_speed` measured these on one machine.
+A stage with an unpublished part shows an estimate and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """
@@ -21,8 +21,8 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.text_files import read_json, read_toml
 from experiments import common
+from experiments.paper.model_comparison import read_model
 from experiments.places import Places
-from experiments.trainings.training_speed import batch_seconds, training_seconds
 from experiments.trainings.variants import earlier_trainings
 from surrogate.architectures.naming import names
 
@@ -41,12 +41,12 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
     `labels` are the model directories of the stage.
     """
     if labels:
-        runs = [published / "models" / label / "run.json" for label in labels]
-        if not all(run.is_file() for run in runs):
+        folders = [published / "models" / label for label in labels]
+        if not all((folder / "run.json").is_file() for folder in folders):
             return None
-        speed = Places(published=published).path("training_speed")
-        batch = batch_seconds(read_json(speed) if speed.is_file() else None)
-        found = [training_seconds(run.parent, batch) for run in runs]
+        path = Places(published=published).path("training_speed")
+        speed = read_json(path) if path.is_file() else None
+        found = [read_model(folder, speed)["core_seconds"] for folder in folders]
         return None if None in found else sum(found)
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset

@@ -8,7 +8,7 @@ from importlib import import_module
 
 import pytest
 
-from experiments.places import Places
+from experiments.places import Places, studies
 from paper_figures.__main__ import captions, modules
 from tests.processes import ROOT, ended
 
@@ -34,7 +34,7 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     """Those of figures and tables are the names of their modules."""
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
-    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset accuracy-price models
+    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-newest-keras lint format golden-trajectories check-lock lock clean docs docs-numbers
@@ -53,13 +53,12 @@ def test_help_is_one_screen_and_shows_first_what_rests_on_published_results(targ
 
 @pytest.mark.parametrize("pages", ["*.md", "docs/*.md", "bem/*.md"])
 def test_documents_name_targets_and_measurements_that_exist(pages, targets):
-    studies = {path.stem for path in ROOT.glob("experiments/*/*.py")}
     for page in set(ROOT.glob(pages)) - {ROOT / "CHANGELOG.md"}:
         text = page.read_text(encoding="utf-8")
         for target in {found for words in re.findall(r"`make ([a-z0-9 -]+?)[`(]", text) for found in words.split()}:
             study = target.removeprefix("measure-").replace("-", "_")
-            assert target in targets or (target.startswith("measure-") and study in studies), f"{page}: make {target}"
-        assert set(re.findall(r"`(?:\.venv/bin/)?python -m experiments ([a-z_]+)", text)) <= studies, page
+            assert target in targets or (target.startswith("measure-") and study in studies()), f"{page}: make {target}"
+        assert set(re.findall(r"`(?:\.venv/bin/)?python -m experiments ([a-z_]+)", text)) <= studies().keys(), page
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +139,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
     found = commands("paper", "cost-figures", "-B")
-    for name in ("figure-1", "figure-ranking", "table-accuracy-price"):
+    for name in ("figure-1", "figure-ranking", "table-ranking"):
         assert f"-m paper_figures {name} --results results --published published --leave-out" in found
         assert "--leave-out" not in commands("-B", name)
     assert (

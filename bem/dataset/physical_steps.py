@@ -1,6 +1,6 @@
 """Measurement steps that follow the physics: most of them where the contact separates.
 
-Fifty equally spaced unloading points step over a narrow pull-off peak (`experiments.surrogates.measurement_floor`
+Fifty equally spaced unloading points step over a narrow pull-off peak (`experiments.surrogates.measurement_steps`
 measures by how much). These steps know protocol, Tabor parameter and modulus ratio alone. They rest on the force of Lee
 and Radok without adhesion, whose memory of indentation^(3/2) is carried on through the unloading: it crosses zero
 shortly before the pull-off. With offsets s of the indentation below that crossing,

@@ -77,7 +77,7 @@ def surrogates(
 ) -> list[dict[str, Any]]:
     """Every published model in each way of calling it, and the models of any solid; `old` are marked."""
     rows = []
-    for name in progress([*tools.published(models), *tools.NAMES], "surrogates"):
+    for name in progress([*tools.complete(models), *tools.NAMES], "surrogates"):
         if name in tools.NAMES:
             kind, before, more = name, "", {}
             calls = {"ONNX": tools.pretrained(name)}
@@ -116,7 +116,7 @@ def study(
     """Measure all tools."""
     cases = held_out(count, dataset)
     exact = tools.refined(cases, jobs)
-    steps = tools.from_steps(exact[:, 2:], np.array([case.depths for case in cases]))
+    steps = tools.from_steps(exact[:, 2:], np.array([case.grid()[1] for case in cases]))
     absent = tools.absent(models, dataset)
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with threadpool_limits(limits=1), without_extrapolation_warnings():

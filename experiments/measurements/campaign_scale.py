@@ -7,9 +7,6 @@
   trajectory, so that all processor seconds are due to scheduling.
 """
 
-import resource
-import subprocess
-import sys
 import tempfile
 import time
 from functools import partial
@@ -27,7 +24,7 @@ from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.journal import Journal
 from bem.dataset.records import tabulate, untabulate
 from bem.dataset.run import save_campaign
-from experiments.measurements.harness import CLOCK, in_fresh_process, progress
+from experiments.measurements.harness import CLOCK, in_fresh_process, of_command, progress
 
 DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
@@ -42,12 +39,9 @@ STARTS = {
 def run_seconds(count: int, workers: int) -> dict[str, float]:
     """Wall seconds of `bem campaign`, and processor seconds of the command and its workers."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "bem", "campaign", "--count", str(count), "--workers", str(workers)]
-        before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        subprocess.run([*command, "--out", f"{folder}/runs.h5"], check=True, stdout=subprocess.DEVNULL)
-        wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {"workers": workers, "wall": wall, "processor": spent}
+        words = ("campaign", "--count", str(count), "--workers", str(workers), "--out", f"{folder}/runs.h5")
+        wall, processor = of_command(*words)
+    return {"workers": workers, "wall": wall, "processor": processor}
 
 
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:

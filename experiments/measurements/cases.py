@@ -4,10 +4,9 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import asdict, dataclass
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Self
 
@@ -15,13 +14,17 @@ import numpy as np
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
-from bem.dataset.measurement_steps import measurement_times
+from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
+from bem.dataset.records import grid_of
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
 """Seed of the hidden protocols; the trainings use others."""
 ANY_SOLID = (0.01, 1.0)
 """Modulus ratios of the solids that the pretrained models know."""
+RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
+STEPS = {"uniform": FMS, "physical": PHYSICAL}
+"""Points of loading, dwell and unloading, by the kind of measurement steps."""
 BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
@@ -34,6 +37,17 @@ EDGES = {
 """Quantities that divide protocols into regions: their names, and the bounds of the regions."""
 
 
+def completed(trajectory: Trajectory, what: str) -> Trajectory:
+    """The trajectory of a simulation, which must have reached its end.
+
+    Raises:
+        RuntimeError: It did not; `what` names it.
+    """
+    if not trajectory.completed:
+        raise RuntimeError(f"{what} did not complete: {trajectory.status}")
+    return trajectory
+
+
 @dataclass(frozen=True)
 class Case:
     """One scene and protocol."""
@@ -42,9 +56,9 @@ class Case:
     protocol: LoadingProtocol
 
     @classmethod
-    def of(cls, row: dict[str, float]) -> Self:
-        """The case of one row of columns; a modulus ratio of 1 is an elastic solid."""
-        ratio = row.get("modulus_ratio", MODULUS_RATIO)
+    def of(cls, row: dict[str, float], modulus_ratio: float = MODULUS_RATIO) -> Self:
+        """The case of one row of columns, which may have a modulus ratio of its own; 1 is an elastic solid."""
+        ratio = row.get("modulus_ratio", modulus_ratio)
         material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
         law = LennardJones() if row.get("adhesion", 1.0) else HardContact()
         return cls(Scene(row["tabor"], material, law), LoadingProtocol(**{name: row[name] for name in QUANTITIES[1:]}))
@@ -59,24 +73,22 @@ class Case:
         Raises:
             RuntimeError: The simulation did not complete.
         """
-        found = simulate(self.scene, self.protocol, accuracy, profiles=profiles)
-        if not found.completed:
-            raise RuntimeError(f"{self} did not complete: {found.status}")
-        return found
+        return completed(simulate(self.scene, self.protocol, accuracy, profiles=profiles), str(self))
 
-    @property
-    def steps(self) -> np.ndarray:
-        """Instants of the 120 fixed measurement steps, of shape (120,)."""
-        return measurement_times(self.protocol, self.scene.tabor)
+    def grid(self, counts: tuple[int, int, int] = FMS) -> tuple[np.ndarray, np.ndarray]:
+        """Instants and indentations of the measurement steps, each of shape (steps,)."""
+        times, indentations = measurement_grid(tabor=self.scene.tabor, **asdict(self.protocol), counts=counts)
+        return times[0], indentations[0]
 
-    @property
-    def depths(self) -> np.ndarray:
-        """Indentation at the measurement steps, of shape (120,)."""
-        return self.protocol.history(self.scene.tabor).indentation_at(self.steps)
+    def on_steps(self, trajectory: Trajectory, counts: tuple[int, int, int] = FMS) -> dict[str, np.ndarray]:
+        """Time, indentation and simulated force at the measurement steps, each of shape (steps,)."""
+        times, indentations = self.grid(counts)
+        return {"time": times, "indentation": indentations, "force": trajectory.at(times)}
 
-    def force_history(self, trajectory: Trajectory) -> np.ndarray:
-        """Force at the measurement steps, of shape (120,)."""
-        return trajectory.at(np.minimum(self.steps, trajectory.time[-1]))
+
+def native(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """The solver's own history, ready for JSON."""
+    return {name: getattr(trajectory, name) for name in ("time", "indentation", "force")}
 
 
 def held_out(count: int, dataset: Path) -> list[Case]:
@@ -92,13 +104,13 @@ def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
     return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
 
 
-def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
+def drawn(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
     """Columns of random protocols: 'inside' the paper's box, 'beyond' it, 'elastic' (beyond), or 'stiff'.
 
     Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
     """
     ranges = {"beyond": BEYOND, "elastic": BEYOND, "stiff": STIFF}.get(where, {})
-    columns = Design(design, ranges).protocols(count, seed)
+    columns = Design("log-uniform", ranges).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, MODULUS_RATIO)
     if where in ("beyond", "elastic"):
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
@@ -114,20 +126,20 @@ def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dic
 
 @dataclass(frozen=True)
 class Hidden:
-    """Protocols off the paper's grid, which no training has seen, as columns."""
+    """Protocols off the paper's grid, which no training has seen, as columns, with their modulus ratio."""
 
     quantities: dict[str, np.ndarray]
 
     @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Self:
+    def draw(cls, count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED) -> Self:
         """Draw protocols in the paper's ranges."""
-        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, HIDDEN_SEED)
+        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
         return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
 
     @classmethod
     def corners(cls, modulus_ratio: float) -> Self:
         """All corners of the paper's ranges, 32 protocols."""
-        columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
+        columns = np.array(list(product(*PAPER_RANGES.values()))).T
         quantities = dict(zip(PAPER_RANGES, columns, strict=True))
         return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
 
@@ -137,6 +149,11 @@ class Hidden:
     def part(self, rows: slice) -> Self:
         """Some of the protocols."""
         return type(self)({name: values[rows] for name, values in self.quantities.items()})
+
+    def grid(self, kind: str) -> tuple[np.ndarray, np.ndarray]:
+        """Instants and indentations of a kind of measurement steps, each of shape (n, steps)."""
+        quantities = {name: self.quantities[name] for name in QUANTITIES}
+        return grid_of(kind, quantities, self.quantities["modulus_ratio"], STEPS[kind])
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""

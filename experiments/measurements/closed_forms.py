@@ -59,12 +59,13 @@ def hardly_adhesive(case: Case, stiffening: float = 1.0) -> bool:
 
 
 def _hertz(case: Case, stiffening: float) -> np.ndarray:
-    return answer(np.nan, stiffening * hertz.force_from_indentation(case.depths, case.scene.tabor))
+    return answer(np.nan, stiffening * hertz.force_from_indentation(case.grid()[1], case.scene.tabor))
 
 
 def _lee_radok(case: Case) -> np.ndarray:
     history = case.protocol.history(case.scene.tabor)
-    force = np.where(case.depths > 0.0, hereditary_hertz.force(case.scene, history, case.steps), 0.0)
+    times, depths = case.grid()
+    force = np.where(depths > 0.0, hereditary_hertz.force(case.scene, history, times), 0.0)
     force[FIRST_UNLOADING + 1 :] = np.nan  # the contact shrinks
     return answer(np.nan, force)
 
@@ -101,7 +102,7 @@ def _elastic(form: ModuleType) -> Callable[[Case], np.ndarray]:
     def found(case: Case) -> np.ndarray:
         tabor = case.scene.tabor
         pull_off = form.PULL_OFF_FORCE if form is not maugis_dugdale else form.pull_off_force(tabor)
-        return answer(pull_off, form.force_from_indentation(case.depths, tabor))
+        return answer(pull_off, form.force_from_indentation(case.grid()[1], tabor))
 
     return found
 

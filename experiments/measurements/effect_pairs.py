@@ -16,6 +16,7 @@ from bem import Elastic, ForceProtocol, HardContact, LennardJones, PiecewiseLine
 from bem._support.wording import markdown_table
 from bem.materials import Material
 from bem.reference_solutions import hertz
+from experiments.measurements.cases import completed
 from experiments.measurements.effects import DEPTH, DWELL, RATE, SLS, START, THREE
 from experiments.measurements.harness import Repeats, progress, timed
 
@@ -75,14 +76,11 @@ def seconds(effects: Effects, tabor: float, repeats: int) -> float:
     """Median processor seconds of `simulate`, the call included, over runs of one peak each.
 
     Raises:
-        RuntimeError: a simulation does not complete.
+        RuntimeError: A simulation did not complete.
     """
     spent = []
     for peak in np.linspace(0.9, 1.1, repeats):
-        scene, protocol = case(effects, tabor, float(peak))
-        found = simulate(scene, protocol)
-        if not found.completed:
-            raise RuntimeError(f"expected a completed simulation of {effects.name}; received {found.status!r}")
+        completed(simulate(*case(effects, tabor, float(peak))), effects.name)
         other = case(effects, tabor, float(peak) * 1.001)
         spent += timed(lambda other=other: simulate(*other), first=False)
     return float(np.median(spent))

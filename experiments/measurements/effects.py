@@ -17,11 +17,11 @@ import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, recommend, simulate
 from bem.effects import Effects, difference, reduced
+from experiments.common import MODULUS_RATIO
 from experiments.measurements.harness import progress
 
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
 DEPTH, START, RATE, DWELL = 4.0, -3.0, 20.0, 0.2
-MODULUS_RATIO = 0.1
 RATES = np.geomspace(1e-2, 1e4, 19)
 TOLERANCE = 0.05
 TABORS = np.geomspace(0.05, 5.0, 33)

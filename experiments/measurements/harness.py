@@ -13,6 +13,7 @@ machine. A measurement is therefore not published if its processor seconds are t
 import hashlib
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -40,24 +41,19 @@ Count = Annotated[int, typer.Option(help="Number of cases, of each kind where th
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
 """Options of several measurements."""
-UNSTATED = ("jobs", "workers")
-"""Options that do not change a result, and are left out of the command that it states, as paths are."""
+
+
+def hands() -> tuple[float, float]:
+    """Wall seconds, and processor seconds of this process on all cores, since any instant."""
+    return time.perf_counter(), time.process_time()
 
 
 class Clock:
-    """Measures the code inside `with clock:`, in processor seconds, and their ratio to wall seconds over all runs.
+    """Measures the code inside `with clock:`, in processor seconds, and their ratio to wall seconds over all runs."""
 
-    Args:
-        processor: Function that returns the processor seconds of this process, on all cores.
-        wall: Function that returns the wall time in seconds.
-    """
-
-    def __init__(
-        self, processor: Callable[[], float] = time.process_time, wall: Callable[[], float] = time.perf_counter
-    ) -> None:
+    def __init__(self) -> None:
         self.seconds = 0.0
         """Processor seconds of the last run."""
-        self._clocks = (wall, processor)
         self._wall = self._processor = 0.0
 
     @property
@@ -66,11 +62,11 @@ class Clock:
         return self._processor / self._wall if self._wall > 0.0 else None
 
     def __enter__(self) -> Self:
-        self._started = [clock() for clock in self._clocks]
+        self._started = hands()
         return self
 
     def __exit__(self, *_: object) -> None:
-        wall, self.seconds = (clock() - begin for clock, begin in zip(self._clocks, self._started, strict=True))
+        wall, self.seconds = np.subtract(hands(), self._started).tolist()
         self._wall, self._processor = self._wall + wall, self._processor + min(self.seconds, wall)
 
 
@@ -158,6 +154,15 @@ def in_fresh_process(source: str, *arguments: object, **environment: str) -> lis
     return [float(word) for word in answer.stdout.split()]
 
 
+def of_command(*words: str, **environment: str) -> tuple[float, float]:
+    """Wall and processor seconds of a `bem` command, its workers included."""
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    command = [sys.executable, "-m", "bem", *words]
+    subprocess.run(command, env=os.environ | environment, check=True, capture_output=True)
+    wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def in_parallel(
     function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str
 ) -> list[Item]:
@@ -183,11 +188,11 @@ def fingerprint(**parts: Any) -> str:
 
 
 def stated(options: Mapping[str, Any]) -> list[str]:
-    """Options as words of a command line, without paths, `UNSTATED` and what is not given."""
+    """Options as words of a command line, but paths, what is not given, and the processes, which change no result."""
     words = []
     for name, value in options.items():
         for one in value if isinstance(value, list) else [value]:
-            if name in UNSTATED or isinstance(one, Path) or one is None or one is False:
+            if name == "jobs" or isinstance(one, Path) or one is None or one is False:
                 continue
             words += [f"--{name.replace('_', '-')}", *([] if one is True else [f"{one}"])]
     return words

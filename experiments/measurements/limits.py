@@ -3,47 +3,31 @@
 Scenes are named by what they show. Errors are against the same simulation at a finer accuracy.
 """
 
-import os
-import resource
-import subprocess
-import sys
 import tempfile
 from typing import Any
 
 import numpy as np
 
-import bem
 from bem import ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from experiments.measurements.harness import CLOCK, Repeats, Seed
+from experiments.measurements.harness import CLOCK, Repeats, Seed, of_command
 
 SOLID = StandardLinearSolid(0.1)
 LOSING_LITTLE = (0.8, 0.9)
 """Tabor parameters of elastic loops just above that at which branches begin to fold."""
-LARGE = {"elastic": (1000.0,), "viscoelastic": (30.0, 50.0, 70.0)}
-"""Tabor parameters that are simulated at draft accuracy."""
 PROTOCOL = ("--tabor=1", "--peak-indentation=20", "--loading-rate=10", "--unloading-rate=100")
 SLOW = 0.1
 """Rate of a cycle that may end in contact."""
 
 
-def cycle(peak: float, rate: float, dwell: float = 0.0) -> LoadingProtocol:
+def cycle(peak: float, rate: float) -> LoadingProtocol:
     """Loading and unloading at one rate."""
-    return LoadingProtocol(peak_indentation=peak, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
+    return LoadingProtocol(peak_indentation=peak, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
 
 
-def of_command(*words: str, cache: str = "") -> float:
-    """Processor seconds of a whole command, with an empty cache of kernels in a folder if one is given."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
-    subprocess.run([sys.executable, "-m", "bem", *words], env=environment, capture_output=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def in_seconds(scene: Scene, protocol: LoadingProtocol, accuracy: str) -> dict[str, Any]:
-    """Processor seconds of a simulation, and how it ended."""
+def elastic() -> dict[str, Any]:
+    """Processor seconds of an elastic contact at the finest accuracy, and how it ended."""
     with CLOCK:
-        found = simulate(scene, protocol, accuracy)
+        found = simulate(Scene(3.0), cycle(30.0, 1.0), "reference")
     return {"seconds": CLOCK.seconds, "status": found.status}
 
 
@@ -70,17 +54,12 @@ def largest_in_contact() -> float:
 def study(*, repeats: Repeats = 5, seed: Seed = 1) -> dict[str, Any]:
     """Measure what a row of the page states."""
     with tempfile.TemporaryDirectory() as folder:
-        compiled = of_command("compile", cache=folder)
-    materials = {"elastic": bem.Elastic(), "viscoelastic": SOLID}
+        _, compiled = of_command("compile", NUMBA_CACHE_DIR=folder)
     return {
         "compile_seconds": compiled,
-        "command_seconds": min(of_command("simulate", *PROTOCOL) for _ in range(repeats)),
+        "command_seconds": min(of_command("simulate", *PROTOCOL)[1] for _ in range(repeats)),
         "loops": {tabor: simulate(Scene(tabor), cycle(30.0, 1.0)).hysteresis_accuracy for tabor in LOSING_LITTLE},
-        "elastic": [in_seconds(Scene(3.0), cycle(30.0, 1.0), "reference") for _ in range(2)],
-        "large": {
-            kind: {one: in_seconds(Scene(one, materials[kind]), cycle(one, one, 1.0), "draft") for one in tabors}
-            for kind, tabors in LARGE.items()
-        },
+        "elastic": [elastic() for _ in range(2)],
         "force_error": force_error(seed),
         "in_contact": largest_in_contact(),
     }
@@ -106,18 +85,6 @@ def elastic_text(limits: Any) -> str:
     """What an elastic contact costs the first time, and again."""
     first, again = (one["seconds"] for one in limits["elastic"])
     return f"{1e3 * first:.0f} ms of processor time the first time, {1e3 * again:.1g} ms afterwards in the same process"
-
-
-def large_text(limits: Any) -> str:
-    """What large Tabor parameters cost at draft accuracy."""
-    said = {
-        kind: ", ".join(
-            f"{one['seconds']:.1f} s at {float(tabor):g}" + ("" if one["status"] == "completed" else " (not completed)")
-            for tabor, one in found.items()
-        )
-        for kind, found in limits["large"].items()
-    }
-    return f"at `draft` an elastic contact takes {said['elastic']}, a viscoelastic one {said['viscoelastic']}"
 
 
 def contact_text(limits: Any) -> str:

@@ -2,7 +2,7 @@
 
 An answer is an array of pull-off force, hysteresis and the forces at the 120 measurement steps, of shape (122,); NaN
 where a tool does not complete. The timed work runs from the protocol to this answer. Closed forms are in
-`experiments.measurements.closed_forms`, other software in `experiments.measurements.other_software`.
+`experiments.measurements.closed_forms`, other software in `experiments.measurements.peers`.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,14 +14,12 @@ import numpy as np
 
 from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, PHYSICAL, measurement_grid
-from bem.dataset.records import grid_of
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
-from experiments.measurements.cases import Case, Hidden
+from experiments.measurements.cases import STEPS, Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
-from experiments.paper.model_comparison import published as published_trainings
-from experiments.paper.model_comparison import trained_otherwise
+from experiments.paper.model_comparison import published, trained_otherwise
 from surrogate.architectures.naming import names
 from surrogate.prediction.files import BANDED as NAMES
 from surrogate.prediction.files import PUBLISHED_BANDED, weights_sha256
@@ -39,7 +37,7 @@ def answer_of(case: Case, trajectory: Trajectory) -> np.ndarray:
     """The answer in a trajectory."""
     if not trajectory.completed:
         return np.full(122, np.nan)
-    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.force_history(trajectory)])
+    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.on_steps(trajectory)["force"]])
 
 
 def solver_at(accuracy: str | float) -> Tool:
@@ -117,39 +115,37 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
         return model.predict(asked, hidden.protocols(), **options)
 
 
-def streamed(model: Any, name: str, hidden: Hidden) -> Callable[[int], int]:
-    """What takes all steps of one protocol, on the measurement steps of the model's training, and counts them."""
-    kind, counts = ("physical", PHYSICAL) if name in NAMES else ("uniform", FMS)
+def points_of(name: str, hidden: Hidden) -> list[list[tuple[float, float, bool]]]:
+    """What a stream is told of each protocol: time, indentation and edge at the steps of the model's training."""
+    kind = "physical" if name in NAMES else "uniform"
+    loading, dwell, _ = STEPS[kind]
+    edges = [step in (loading - 1, loading + dwell - 1) for step in range(sum(STEPS[kind]))]
+    times, depths = (values.tolist() for values in hidden.grid(kind))
+    return [list(zip(*pair, edges, strict=True)) for pair in zip(times, depths, strict=True)]
+
+
+def streamed(model: Any, name: str, hidden: Hidden) -> tuple[Callable[[int], None], int]:
+    """What takes all steps of one protocol, on the measurement steps of the model's training, and their number."""
     ratio = hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO
-    protocols = {quantity: hidden.quantities[quantity] for quantity in QUANTITIES}
-    times, indentations = grid_of(kind, protocols, ratio, counts)
-    edges = (counts[0] - 1, counts[0] + counts[1] - 1)
-    points = [list(zip(*pair, strict=True)) for pair in zip(times.tolist(), indentations.tolist(), strict=True)]
+    points = points_of(name, hidden)
     with without_extrapolation_warnings():
         streams = [model.stream(scene) for scene in scenes(hidden.quantities["tabor"], ratio)]
 
-    def steps(row: int) -> int:
-        stream = streams[row]
-        stream.reset()
-        for step, (instant, indentation) in enumerate(points[row]):
-            stream.step(instant, indentation, step in edges)
-        return len(points[row])
+    def take(row: int) -> None:
+        streams[row].reset()
+        for point in points[row]:
+            streams[row].step(*point)
 
-    return steps
+    return take, len(points[0])
 
 
-def published(models: Path) -> list[str]:
+def complete(models: Path) -> list[str]:
     """Names of the complete model directories, in the order of the architectures."""
     return [name for name in names() if all((models / name / file).is_file() for file in FILES)]
 
 
-def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
-    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds."""
-    return trained_otherwise(published_trainings(models), dataset_digest(dataset))
-
-
 def absent(models: Path, dataset: Path) -> dict[str, list[str]]:
     """Architectures that are not published completely, and published ones that the comparison leaves out."""
-    present, otherwise = published(models), left_out(models, dataset)
+    present, otherwise = complete(models), trained_otherwise(published(models), dataset_digest(dataset))
     missing = [name for name in names() if name not in present]
     return {"missing": missing, "outdated": [name for name in present if name in otherwise]}

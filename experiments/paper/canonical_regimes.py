@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from bem.dataset.records import RESULTS
 from experiments import common
-from experiments.measurements.cases import Case
+from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
 if TYPE_CHECKING:
@@ -29,9 +30,10 @@ def regime(
     """One row of the timing table: native history, measurement steps, prediction, scalars, errors and seconds."""
     from surrogate.data.metrics import hysteresis, nmae
 
-    trajectory = Case.of(protocol | {"modulus_ratio": config["modulus_ratio"]}).simulated(config["accuracy"])
-    steps = common.on_steps(protocol, trajectory)
-    force = common.predicted(trained, steps, protocol["tabor"])
+    case = Case.of(protocol, config["modulus_ratio"])
+    trajectory = case.simulated(config["accuracy"])
+    steps = case.on_steps(trajectory)
+    force = common.predicted(trained, steps["time"], steps["indentation"], protocol["tabor"])
     found, reference = (
         {
             "pull_off_force": float(values[FIRST_UNLOADING:].max()),
@@ -41,8 +43,8 @@ def regime(
     )
     return {
         "sample": int(protocol["sample"]),
-        "protocol": {name: protocol[name] for name in common.QUANTITIES},
-        "native": {name: getattr(trajectory, name) for name in ("time", "indentation", "force")},
+        "protocol": {name: protocol[name] for name in QUANTITIES},
+        "native": native(trajectory),
         "steps": {**steps, "predicted": force},
         "solver": {name: getattr(trajectory, name) for name in RESULTS} | {"jumps": len(trajectory.jumps)},
         "surrogate": found,

@@ -8,8 +8,8 @@ axis, and is computed at the accuracy of the data set.
 from typing import Any
 
 from bem.dataset.records import RESULTS
-from experiments.common import MODULUS_RATIO, on_steps
-from experiments.measurements.cases import Case
+from experiments.common import MODULUS_RATIO
+from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
 MAPPING = {"tabor": 3.2, "peak_indentation": 12.0, "loading_rate": 5.0, "dwell_time": 2.0, "unloading_rate": 5.0}
@@ -24,8 +24,8 @@ def example(name: str, quantities: dict[str, float], accuracy: str | float = ACC
         "name": name,
         "protocol": quantities,
         "phase_times": case.protocol.phase_times(case.scene.tabor),
-        "native": {part: getattr(trajectory, part) for part in ("time", "indentation", "force")},
-        "steps": on_steps(quantities, trajectory),
+        "native": native(trajectory),
+        "steps": case.on_steps(trajectory),
         "results": {part: getattr(trajectory, part) for part in RESULTS},
         "jumps": len(trajectory.jumps),
     }

@@ -12,8 +12,7 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
-from experiments.common import require_dataset
-from experiments.measurements.cases import Case, rows_of
+from experiments.measurements.cases import Case, native, rows_of
 from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
 
@@ -24,12 +23,11 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
     """One protocol: the solver's trajectory, and the prediction and its error for each number of steps."""
     from surrogate.data.metrics import nmae
 
-    trajectory = Case.of(protocol | {"modulus_ratio": config["modulus_ratio"]}).simulated(config["accuracy"])
-    predictions = {}
+    case, predictions = Case.of(protocol, config["modulus_ratio"]), {}
+    trajectory = case.simulated(config["accuracy"])
     for total in config["steps"]:
-        points_per_phase = proportional_counts(total)
-        steps = common.on_steps(protocol, trajectory, points_per_phase)
-        force = common.predicted(trained, steps, protocol["tabor"])
+        steps = case.on_steps(trajectory, proportional_counts(total))
+        force = common.predicted(trained, steps["time"], steps["indentation"], protocol["tabor"])
         scaled = [trained.scaling.scale_force(values) for values in (force, steps["force"])]
         predictions[str(total)] = {
             "indentation": steps["indentation"],
@@ -39,7 +37,7 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
         }
     return {
         "sample": int(protocol["sample"]),
-        "native": {name: getattr(trajectory, name) for name in ("time", "indentation", "force")},
+        "native": native(trajectory),
         "predictions": predictions,
     }
 
@@ -52,12 +50,11 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     """
     from surrogate.data.dataset import Split, TrajectoryDataset
 
-    require_dataset(models / config["model"], dataset)
+    common.require_dataset(models / config["model"], dataset)
     indices = Split.load(models / config["model"] / "split.json").test[: config["trajectories"] or None]
     protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
-    rows = progress(rows_of(protocols), "held-out trajectories")
-    cases = (Case.of(row | {"modulus_ratio": config["modulus_ratio"]}) for row in rows)
-    return protocols, [case.simulated(config["accuracy"]) for case in cases]
+    cases = [Case.of(row, config["modulus_ratio"]) for row in rows_of(protocols)]
+    return protocols, [case.simulated(config["accuracy"]) for case in progress(cases, "held-out trajectories")]
 
 
 def errors_on_grid(
@@ -68,9 +65,8 @@ def errors_on_grid(
 
     points_per_phase = proportional_counts(total)
     times, indentations = measurement_grid(**protocols, counts=points_per_phase)
-    reference = np.stack([one.at(row.clip(max=one.time[-1])) for one, row in zip(simulations, times, strict=True)])
-    with common.without_extrapolation_warnings():
-        force = trained.predict_history(times, indentations, common.scenes(protocols["tabor"]))
+    reference = np.stack([one.at(row) for one, row in zip(simulations, times, strict=True)])
+    force = common.predicted(trained, times, indentations, protocols["tabor"])
     return summary(
         trajectory_errors(
             force,

@@ -14,7 +14,6 @@ from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
 from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
-from experiments.trainings.training_speed import batch_seconds, epoch_seconds
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
@@ -49,11 +48,29 @@ def paper_mse() -> float:
     return float(paper_values("reference_model")["mse"])
 
 
-def read_model(folder: Path) -> dict[str, Any]:
-    """Training and held-out errors of a model directory; times are `None` if a GPU (`device`) trained it."""
+def epoch_seconds(speed: Any, recipe: dict[str, Any], architecture: str, trajectories: int) -> float | None:
+    """Core seconds of the batches of an epoch, where the study `training_speed`, of this result, has timed them."""
+    if speed is None:
+        return None
+    ours = {name: one["seconds_per_batch"] for name, one in speed["models"].items()}
+    timed = {speed["recipe"]: ours, "paper": speed.get("by_paper_recipe", {})}
+    batch = timed.get(recipe["name"], {}).get(architecture)
+    return batch and -(-trajectories // recipe["batch_size"]) * batch["median"]
+
+
+def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
+    """Training and held-out errors of a model directory.
+
+    Core seconds are those of the training's batches on one machine, where the study `training_speed`, of the result
+    `speed`, has timed them. Otherwise they are as recorded, and `None` if a GPU (`device`) trained it.
+    """
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
-    history = read_history(folder / "history.csv")
-    seconds = None if run.get("device") else metrics["cpu_seconds"]
+    history, recipe = read_history(folder / "history.csv"), read_toml(folder / "recipe.toml")
+    each = epoch_seconds(speed, recipe, run["architecture"], run["training_trajectories"])
+    if each is not None:
+        history["cpu_seconds"] = [epoch * each for epoch in history["epoch"]]
+    recorded = None if run.get("device") else metrics["cpu_seconds"]
+    seconds = recorded if each is None else history["cpu_seconds"][-1]
     return {
         **{name: metrics[name] for name in ("parameters", "test", "epochs", "best_epoch")},
         **{name: metrics["test"][name]["mean"] for name in METRICS},
@@ -63,7 +80,7 @@ def read_model(folder: Path) -> dict[str, Any]:
         "core_seconds": seconds,
         "hours": None if seconds is None else seconds / 3600.0,
         "minutes_to_paper_mse": None if seconds is None else minutes_to(history, paper_mse()),
-        "recipe": read_toml(folder / "recipe.toml"),
+        "recipe": recipe,
         "history": history,
     }
 
@@ -128,27 +145,20 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def by_paper_recipe(beside: dict[str, dict[str, Any]], speed: Any = None) -> dict[str, Any]:
-    """The trainings that the paper's recipe ended; what needs one that is missing is `None`.
-
-    Hours are those of the batches, if `experiments.trainings.training_speed` measured them, and otherwise recorded.
-    """
-    labelled = {name: beside[label] for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
-    found = {name: one for name, one in labelled.items() if one["ended_by"] == "recipe"}
+def by_paper_recipe(beside: dict[str, dict[str, Any]], hours: dict[str, float | None]) -> dict[str, Any]:
+    """The trainings that the paper's recipe ended, and their `hours`; what needs one that is missing is `None`."""
+    labelled = {name: label for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
+    found = {name: beside[label] for name, label in labelled.items() if beside[label]["ended_by"] == "recipe"}
     trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
-    batch, hours = batch_seconds(speed), {}
-    for name, one in trained.items():
-        each = batch.get((one["recipe"]["name"], name))
-        epoch = each and epoch_seconds(one["training_trajectories"], one["recipe"], each)
-        hours[name] = one["hours"] if epoch is None else one["epochs"] * epoch / 3600.0
-    longest = max(hours, key=lambda name: hours[name]) if complete and all(hours.values()) else None
+    taken = {name: hours[PAPER_TRAINED[name]] for name in trained}
+    longest = max(taken, key=lambda name: taken[name]) if complete and all(taken.values()) else None
     inputs = {name: found.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
         "mse": {name: one["mse"] for name, one in found.items()},
         "longest_training": longest,
-        "longest_training_hours": hours[longest] if longest else None,
+        "longest_training_hours": taken[longest] if longest else None,
         "most_epochs": max(one["epochs"] for one in trained.values()) if complete else None,
         "validation_mse": inputs,
         "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
@@ -172,6 +182,7 @@ def study(models: Path, dataset: Path, training_speed: Any = None) -> dict[str, 
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }
     missing = [name for name in paper_names() if name not in lineages]
+    hours = {name: read_model(models / name, training_speed)["hours"] for name in beside}
     return {
         "dataset_sha256": digest,
         "models": found,
@@ -181,5 +192,5 @@ def study(models: Path, dataset: Path, training_speed: Any = None) -> dict[str, 
         "differences": trained_otherwise(lineages, digest),
         "expected": len(paper_names()),
         "comparison": comparison(found),
-        "by_paper_recipe": by_paper_recipe(beside, training_speed),
+        "by_paper_recipe": by_paper_recipe(beside, hours),
     }

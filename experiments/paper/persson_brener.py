@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bem import Trajectory
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.reference_solutions import jkr
 from bem.reference_solutions import persson_brener as theory
@@ -55,13 +56,13 @@ def beta_over_length_scale(tabor: float) -> float:
 def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
     """Amplifications and velocities of one protocol."""
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
-    trajectory = Case.of(protocol | {"modulus_ratio": ratio}).simulated(config["accuracy"])
-    steps = common.on_steps(protocol, trajectory)
-    force = common.predicted(trained, steps, tabor)
+    case = Case.of(protocol, ratio)
+    trajectory = case.simulated(config["accuracy"])
+    force = common.predicted(trained, *case.grid(), tabor)
     own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
     return {
         "point": int(protocol["point"]),
-        "protocol": {name: protocol[name] for name in common.QUANTITIES},
+        "protocol": {name: protocol[name] for name in QUANTITIES},
         "unloading_rate": protocol["unloading_rate"],
         "crack_velocity": protocol["crack_velocity"],
         "own_crack_velocity": own,

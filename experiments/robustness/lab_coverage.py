@@ -23,6 +23,7 @@ from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.lab.maps import fit_map
 from bem.solver.version import SOLVER_VERSION
+from experiments.measurements.cases import completed
 from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
 from experiments.robustness.lab_curves import CLASSES, write_map
@@ -52,10 +53,10 @@ PIXELS = 256
 def drawn(rng: np.random.Generator, instrument: str = "sphere") -> dict[str, float]:
     """The truth of one case, in SI; with a `stiffness` where the stage is moved."""
     truth = {name: float(np.exp(rng.uniform(*np.log(bounds)))) for name, bounds in LOGARITHMIC.items()}
-    truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).adhesion_length
-    truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).force_scale
+    setup = setup_of(truth)
+    truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup.adhesion_length
+    truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup.force_scale
     if instrument == "stage":
-        setup = setup_of(truth)
         truth["stiffness"] = float(np.exp(rng.uniform(*np.log(SPRING)))) * setup.force_scale / setup.adhesion_length
     return truth
 
@@ -79,9 +80,10 @@ def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
         RuntimeError: The simulation did not complete.
     """
     setup = setup_of(truth)
-    length, stiffness = setup.adhesion_length, truth.get("stiffness", np.inf)
-    deepest = DEEPEST * length + PRESSED * setup.force_scale / stiffness
-    farthest = FARTHEST * length + STRETCHED * setup.force_scale / stiffness
+    stiffness = truth.get("stiffness", np.inf)
+    bent = setup.force_scale / stiffness
+    deepest = DEEPEST * setup.adhesion_length + PRESSED * bent
+    farthest = FARTHEST * setup.adhesion_length + STRETCHED * bent
     speed = (deepest + farthest) / RAMP
     protocol = setup.protocol(
         peak_indentation=deepest,
@@ -90,9 +92,7 @@ def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
         unloading_rate=speed,
         start_indentation=-farthest,
     )
-    trajectory = simulate(setup.scene(), protocol, TRUE_ACCURACY)
-    if not trajectory.completed:
-        raise RuntimeError(f"a curve of the study could not be simulated: {trajectory.status}")
+    trajectory = completed(simulate(setup.scene(), protocol, TRUE_ACCURACY), "a curve of the study")
     instants = np.linspace(0.0, trajectory.time[-1], POINTS)
     force = setup.force_scale * trajectory.at(instants)
     path = setup.indentation_scale * protocol.history(setup.tabor).indentation_at(instants) + truth["contact_point"]

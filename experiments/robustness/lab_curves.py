@@ -1,8 +1,11 @@
 """Force curves from closed forms that share no code with the models: Hertz, cone, DMT, JKR behind a spring, Ting.
 
-Each curve has an unknown contact point, an offset, a tilt, a drag and noise. `CLASSES[name](rng)` gives the curve, the
-setup that is known, and the truth.
+A form draws a contact and gives instants (s), places of the stage (m), tensions (N), the arguments of `Setup` that are
+known, and the true parameters. Each curve has an unknown contact point, an offset, a tilt, a drag and noise.
+`CLASSES[name](rng)` gives the curve, the setup that is known, and the truth.
 """
+
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -10,6 +13,7 @@ from scipy.optimize import brentq
 from bem.lab import ForceCurve, Setup
 
 POINTS = 2000
+INCOMPRESSIBLE = 0.75  # 1 - nu^2: modulus over reduced modulus
 
 
 def stage_path(rng, far, deep, dwell=0.0, points=POINTS):
@@ -21,14 +25,121 @@ def stage_path(rng, far, deep, dwell=0.0, points=POINTS):
     return time, place
 
 
-def measured(rng, time, place, tension, noise, correlation, known, **truth):
+def hertz(rng):
+    """Hertz, on a spring in half of the cases."""
+    radius, modulus = 10 ** rng.uniform(-6.0, -4.5), 10 ** rng.uniform(3.0, 6.0)
+    deep, reduced = 0.1 * radius, modulus / INCOMPRESSIBLE
+    stiffness = None if rng.random() < 0.5 else 4.0 * reduced * np.sqrt(radius * deep) * rng.uniform(0.2, 2.0)
+    press = 0.0 if stiffness is None else 4 / 3 * reduced * np.sqrt(radius) * deep**1.5 / stiffness
+    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * (deep + press), deep + press, rng.choice([0.0, 0.3]))
+
+    def tension_at(depth):
+        return -4 / 3 * reduced * np.sqrt(radius) * max(depth, 0.0) ** 1.5
+
+    def held(stage):
+        return brentq(lambda depth: stiffness * (depth - stage) - tension_at(depth), 0.0, stage, xtol=1e-16)
+
+    tension = np.array([tension_at(held(stage) if stiffness and stage > 0.0 else stage) for stage in place])
+    known = {"radius": radius, "relaxed_modulus": 1e4, "stiffness": stiffness}
+    return time, place, tension, known, {"relaxed_modulus": modulus}
+
+
+def cone(rng):
+    """Sneddon's cone."""
+    modulus, angle = 10 ** rng.uniform(3.0, 6.0), rng.uniform(15.0, 40.0)
+    deep = 1e-6
+    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
+    tension = -2 / np.pi * modulus / INCOMPRESSIBLE * np.tan(np.radians(angle)) * np.maximum(place, 0.0) ** 2
+    known = {"radius": 1e-8, "relaxed_modulus": 1e4, "half_angle": angle}
+    return time, place, tension, known, {"relaxed_modulus": modulus}
+
+
+def dmt(rng):
+    """DMT behind a spring, with its jumps."""
+    radius, modulus, work = 20e-9, 10 ** rng.uniform(9.0, 10.0), 10 ** rng.uniform(-2.0, -1.0)
+    hertzian = 4 / 3 * modulus / INCOMPRESSIBLE * np.sqrt(radius)
+    pull = 2.0 * np.pi * radius * work
+    deep = (rng.uniform(1.5, 4.0) * pull / hertzian) ** (2 / 3)
+    stiffness = pull / deep * rng.uniform(0.2, 3.0)
+    top = deep + (hertzian * deep**1.5 - pull) / stiffness
+    time, place = stage_path(rng, rng.uniform(0.7, 2.0) * (top + pull / stiffness), top)
+    tension = np.zeros(place.size)
+    # In contact from stage 0 on, and back to where the depth is zero again.
+    for i in range(np.argmax(place > 0.0), place.size - np.argmax(place[::-1] > -pull / stiffness)):
+        balance = lambda d, z=place[i]: stiffness * (d - z) - pull + hertzian * d**1.5  # noqa: E731
+        depth = brentq(balance, 0.0, abs(place[i]) + 2.0 * pull / stiffness, xtol=1e-18)
+        tension[i] = stiffness * (depth - place[i])
+    known = {"radius": radius, "relaxed_modulus": 1e9, "stiffness": stiffness}
+    return time, place, tension, known, {"relaxed_modulus": modulus, "work_of_adhesion": work}
+
+
+def jkr(rng):
+    """JKR behind a spring, with its jumps."""
+    radius, modulus, work = 10 ** rng.uniform(-5.7, -4.7), 10 ** rng.uniform(5.5, 6.5), 10 ** rng.uniform(-2.0, -1.0)
+    reduced = modulus / INCOMPRESSIBLE
+    a0 = (6.0 * np.pi * work * radius**2 / (4.0 / 3.0 * reduced)) ** (1 / 3)
+    stiffness = 2.0 * reduced * a0 * rng.uniform(0.2, 2.0)
+
+    def force_of(a):
+        return -4.0 * reduced * a**3 / (3.0 * radius) + np.sqrt(8.0 * np.pi * work * reduced * a**3)
+
+    def stage_of(a):
+        return a**2 / radius - np.sqrt(2.0 * np.pi * work * a / reduced) - force_of(a) / stiffness
+
+    radii = np.linspace(0.05 * a0, rng.uniform(1.1, 1.5) * a0, 200_001)
+    stages = stage_of(radii)
+    turn = int(np.argmin(stages))
+    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * (stages[-1] - stages[turn]) - stages[turn], stages[-1])
+    tension = np.zeros(place.size)
+    for i in range(np.argmax(place > 0.0), place.size - np.argmax(place[::-1] > stages[turn])):
+        tension[i] = force_of(brentq(lambda a, z=place[i]: stage_of(a) - z, radii[turn], radii[-1] * 1.001))
+    known = {"radius": radius, "relaxed_modulus": 1e6, "stiffness": stiffness}
+    return time, place, tension, known, {"relaxed_modulus": modulus, "work_of_adhesion": work}
+
+
+def ting(rng):
+    """Ting's integrals for a standard linear solid, with a dwell of the sphere."""
+    radius, modulus, ratio = 10e-6, 10 ** rng.uniform(2.5, 4.0), rng.uniform(0.2, 0.6)
+    deep = 1e-6
+    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * deep, deep, dwell=rng.uniform(0.5, 2.0), points=1500)
+    relaxation = 10 ** rng.uniform(-1.3, 0.0) * (time[-1] - time[0]) * 0.3
+    # Corners of the path do not fall on the fine grid exactly; both sides use the same path.
+    fine = np.linspace(time[0], time[-1], 6001)
+    path, middle = np.interp(fine, time, place), 0.5 * (fine[1:] + fine[:-1])
+    depth, rate = np.maximum(path, 0.0), np.diff(path)
+    power = np.diff(depth**1.5)
+    top, touched = int(np.flatnonzero(rate < 0.0)[0]), np.flatnonzero(depth > 0.0)[0]
+
+    def at(age):
+        return modulus / INCOMPRESSIBLE * (1.0 + (1.0 / ratio - 1.0) * np.exp(-age / relaxation))
+
+    loading = np.zeros(fine.size)
+    for n in range(1, fine.size):
+        relaxed = at(fine[n] - middle[:n])
+        if n <= top:
+            loading[n] = np.sum(relaxed * power[:n])
+            continue
+        # The contact now is as large as it was at the instant t1: the integral of E d(depth) from there is zero.
+        backward = np.cumsum((relaxed * rate[:n])[::-1])[::-1]
+        crossing = np.flatnonzero(backward[:top] >= 0.0)
+        if crossing.size == 0 or crossing[-1] < touched:
+            break
+        m = int(crossing[-1])
+        share = backward[m] / max(backward[m] - backward[m + 1], 1e-300)
+        loading[n] = np.sum(relaxed[:m] * power[:m]) + share * relaxed[m] * power[m]
+    tension = -4 / 3 * np.sqrt(radius) * np.interp(time, fine, loading)
+    truth = {"relaxed_modulus": modulus, "modulus_ratio": ratio, "retardation_time": relaxation / ratio}
+    return time, place, tension, {"radius": radius, "relaxed_modulus": 1e4}, truth
+
+
+def measured(form, rng, noise=None, correlation=0.0):
     """The curve that an instrument writes whose position counts from elsewhere, the known setup, and the truth.
 
-    `noise` is a share of the range of the force, by default 0.2 to 5 %, log-uniform; `known` are arguments of `Setup`.
+    `noise` is a share of the range of the force, by default 0.2 to 5 %, log-uniform.
     """
+    time, place, tension, known, truth = form(rng)
     noise = noise or float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
-    size = np.ptp(tension)
-    speed = np.gradient(place, time)
+    size, speed = np.ptp(tension), np.gradient(place, time)
     disturbances = {
         "force_offset": rng.uniform(-0.3, 0.3) * size,
         "tilt": rng.uniform(-0.05, 0.05) * size / np.ptp(place),
@@ -38,147 +149,15 @@ def measured(rng, time, place, tension, noise, correlation, known, **truth):
     scatter = rng.standard_normal(time.size)
     for i in range(1, time.size if correlation else 0):
         scatter[i] = correlation * scatter[i - 1] + np.sqrt(1.0 - correlation**2) * scatter[i]
-    disturbance = offset + tilt * place - drag * speed
-    force = tension + disturbance + noise * size * scatter
+    force = tension + (offset + tilt * place - drag * speed) + noise * size * scatter
     contact_point = rng.uniform(-1.0, 1.0) * np.ptp(place)
     stage, stiffness = place + contact_point, known.get("stiffness")
-    bending = (
-        {"indentation": stage} if stiffness is None else {"indentation": stage + force / stiffness, "stage": stage}
-    )
-    setup = Setup(work_of_adhesion=1e-3, **known)
-    return ForceCurve(time=time, force=force, **bending), setup, disturbances | {"contact_point": contact_point} | truth
+    behind = {"indentation": stage + force / stiffness, "stage": stage} if stiffness else {"indentation": stage}
+    curve = ForceCurve(time=time, force=force, **behind)
+    return curve, Setup(work_of_adhesion=1e-3, **known), disturbances | {"contact_point": contact_point} | truth
 
 
-def held(place, stiffness, tension_at):
-    """Tensions behind a spring at stage positions, by bisection at every point; `tension_at` falls with depth."""
-    if stiffness is None:
-        return np.array([tension_at(depth) for depth in place])
-    found = np.zeros(place.size)
-    for i, stage in enumerate(place):
-        if stage > 0.0:
-            found[i] = tension_at(
-                brentq(lambda d, z=stage: stiffness * (d - z) - tension_at(d), 0.0, stage, xtol=1e-16)
-            )
-    return found
-
-
-def hertz(rng, noise=None, correlation=0.0):
-    """Hertz, on a spring in half of the cases."""
-    radius, modulus = 10 ** rng.uniform(-6.0, -4.5), 10 ** rng.uniform(3.0, 6.0)
-    deep = 0.1 * radius
-    reduced = modulus / 0.75
-    stiffness = None if rng.random() < 0.5 else 4.0 * reduced * np.sqrt(radius * deep) * rng.uniform(0.2, 2.0)
-    press = 0.0 if stiffness is None else 4 / 3 * reduced * np.sqrt(radius) * deep**1.5 / stiffness
-    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * (deep + press), deep + press, rng.choice([0.0, 0.3]))
-    tension = held(place, stiffness, lambda d: -4 / 3 * reduced * np.sqrt(radius) * max(d, 0.0) ** 1.5)
-    known = {"radius": radius, "relaxed_modulus": 1e4, "stiffness": stiffness}
-    return measured(rng, time, place, tension, noise, correlation, known, relaxed_modulus=modulus)
-
-
-def cone(rng, noise=None, correlation=0.0):
-    """Sneddon's cone."""
-    modulus, angle = 10 ** rng.uniform(3.0, 6.0), rng.uniform(15.0, 40.0)
-    deep = 1e-6
-    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
-    tension = -2 / np.pi * modulus / 0.75 * np.tan(np.radians(angle)) * np.maximum(place, 0.0) ** 2
-    known = {"radius": 1e-8, "relaxed_modulus": 1e4, "half_angle": angle}
-    return measured(rng, time, place, tension, noise, correlation, known, relaxed_modulus=modulus)
-
-
-def dmt(rng, noise=None, correlation=0.0):
-    """DMT behind a spring, with its jumps."""
-    radius, modulus, work = 20e-9, 10 ** rng.uniform(9.0, 10.0), 10 ** rng.uniform(-2.0, -1.0)
-    reduced = modulus / 0.75
-    pull = 2.0 * np.pi * radius * work
-    deep = (rng.uniform(1.5, 4.0) * pull / (4 / 3 * reduced * np.sqrt(radius))) ** (2 / 3)
-    stiffness = pull / deep * rng.uniform(0.2, 3.0)
-    top = deep + (4 / 3 * reduced * np.sqrt(radius) * deep**1.5 - pull) / stiffness
-    time, place = stage_path(rng, rng.uniform(0.7, 2.0) * (top + pull / stiffness), top)
-    # In contact from stage 0 on, and back to where the depth is zero again.
-    inside = np.zeros(place.size, dtype=bool)
-    inside[np.argmax(place > 0.0) : place.size - np.argmax(place[::-1] > -pull / stiffness)] = True
-    tension = np.zeros(place.size)
-    for i in np.flatnonzero(inside):
-        balance = lambda d, z=place[i]: stiffness * (d - z) - pull + 4 / 3 * reduced * np.sqrt(radius) * d**1.5  # noqa: E731
-        depth = brentq(balance, 0.0, abs(place[i]) + 2.0 * pull / stiffness, xtol=1e-18)
-        tension[i] = stiffness * (depth - place[i])
-    known = {"radius": radius, "relaxed_modulus": 1e9, "stiffness": stiffness}
-    truth = {"relaxed_modulus": modulus, "work_of_adhesion": work}
-    return measured(rng, time, place, tension, noise, correlation, known, **truth)
-
-
-def jkr(rng, noise=None, correlation=0.0):
-    """JKR behind a spring, with its jumps."""
-    radius, modulus, work = 10 ** rng.uniform(-5.7, -4.7), 10 ** rng.uniform(5.5, 6.5), 10 ** rng.uniform(-2.0, -1.0)
-    reduced = modulus / 0.75
-    a0 = (6.0 * np.pi * work * radius**2 / (4.0 / 3.0 * reduced)) ** (1 / 3)
-
-    def depth_of(a):
-        return a**2 / radius - np.sqrt(2.0 * np.pi * work * a / reduced)
-
-    def force_of(a):
-        return -4.0 * reduced * a**3 / (3.0 * radius) + np.sqrt(8.0 * np.pi * work * reduced * a**3)
-
-    stiffness = 2.0 * reduced * a0 * rng.uniform(0.2, 2.0)
-
-    def stage_of(a):
-        return depth_of(a) - force_of(a) / stiffness
-
-    radii = np.linspace(0.05 * a0, rng.uniform(1.1, 1.5) * a0, 200_001)
-    stages = stage_of(radii)
-    turn = int(np.argmin(stages))
-    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * (stages[-1] - stages[turn]) - stages[turn], stages[-1])
-    first = int(np.argmax(place > 0.0))
-    last = place.size - int(np.argmax(place[::-1] > stages[turn]))
-    tension = np.zeros(place.size)
-    for i in range(first, last):
-        a = brentq(lambda a, z=place[i]: stage_of(a) - z, radii[turn], radii[-1] * 1.001)
-        tension[i] = force_of(a)
-    known = {"radius": radius, "relaxed_modulus": 1e6, "stiffness": stiffness}
-    truth = {"relaxed_modulus": modulus, "work_of_adhesion": work}
-    return measured(rng, time, place, tension, noise, correlation, known, **truth)
-
-
-def ting(rng, noise=None, correlation=0.0):
-    """Ting's integrals for a standard linear solid, with a dwell of the sphere."""
-    radius, modulus, ratio = 10e-6, 10 ** rng.uniform(2.5, 4.0), rng.uniform(0.2, 0.6)
-    deep = 1e-6
-    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * deep, deep, dwell=rng.uniform(0.5, 2.0), points=1500)
-    relaxation = 10 ** rng.uniform(-1.3, 0.0) * (time[-1] - time[0]) * 0.3
-    fine = np.linspace(time[0], time[-1], 6001)
-    depth = np.maximum(np.interp(fine, time, place), 0.0)
-    # Corners of the path do not fall on the fine grid exactly; both sides use the same path.
-    middle = 0.5 * (fine[1:] + fine[:-1])
-    rate = np.diff(np.interp(fine, time, place))
-    power = np.diff(depth**1.5)
-    reduced = modulus / 0.75
-    top = int(np.flatnonzero(rate < 0.0)[0])
-
-    def at(age):
-        return reduced * (1.0 + (1.0 / ratio - 1.0) * np.exp(-age / relaxation))
-
-    loading = np.zeros(fine.size)
-    for n in range(1, fine.size):
-        if n <= top:
-            loading[n] = np.sum(at(fine[n] - middle[:n]) * power[:n])
-        else:
-            # The contact now is as large as it was at the instant t1: the integral of E d(depth) from there is zero.
-            response = at(fine[n] - middle[:n]) * rate[:n]
-            backward = np.cumsum(response[::-1])[::-1]
-            crossing = np.flatnonzero(backward[:top] >= 0.0)
-            touched = np.flatnonzero(depth > 0.0)[0]
-            if crossing.size == 0 or crossing[-1] < touched:
-                break
-            m = int(crossing[-1])
-            share = backward[m] / max(backward[m] - (backward[m + 1]), 1e-300)
-            loading[n] = np.sum(at(fine[n] - middle[:m]) * power[:m]) + share * at(fine[n] - middle[m]) * power[m]
-    tension = -4 / 3 * np.sqrt(radius) * np.interp(time, fine, loading)
-    truth = {"relaxed_modulus": modulus, "modulus_ratio": ratio, "retardation_time": relaxation / ratio}
-    known = {"radius": radius, "relaxed_modulus": 1e4}
-    return measured(rng, time, place, tension, noise, correlation, known, **truth)
-
-
-CLASSES = {"hertz": hertz, "cone": cone, "dmt": dmt, "jkr": jkr, "ting": ting}
+CLASSES = {form.__name__: partial(measured, form) for form in (hertz, cone, dmt, jkr, ting)}
 
 
 def write_map(path, curves):

@@ -14,16 +14,15 @@ import typer
 
 import surrogate
 from bem import Trajectory
-from bem.dataset.designs import OUTERMOST, PAPER_RANGES, Design
+from bem.dataset.designs import OUTERMOST, Design
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, Hidden
+from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, RANGES, Hidden
 from experiments.measurements.harness import Count
 from experiments.measurements.tools import predicted
 from surrogate.prediction.bands import BANDS, RESULTS
 from surrogate.prediction.files import BANDED
 
 COVERAGE = 0.9
-RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
 LEVELS = (0.5, 0.9, 0.999)
 INSIDE = (*RESULTS, *BANDS)
 PAPER = "M1-concat"
@@ -45,7 +44,7 @@ def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -
         rows.append([abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit])
         if not banded:
             continue
-        force = true.at(np.minimum(one.time, true.time[-1]))
+        force = true.at(one.time)
         intervals = one.pull_off_interval, one.pull_off_time_interval, one.hysteresis_interval
         values = true.pull_off_force, true.pull_off_time, true.hysteresis
         inside = [low <= value <= high for (low, high), value in zip(intervals, values, strict=True)]
@@ -105,7 +104,7 @@ def study(
 ) -> dict[str, Any]:
     """Judge the pretrained models over the ranges, at their edges and in their corners."""
     content: dict[str, Any] = {"count": count, "corner": corner, "coverage": COVERAGE, "models": {}}
-    box = Hidden(Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, seed))
+    box = Hidden.draw(count, ANY_SOLID, seed)
     corners = Hidden(Design("corners", modulus_ratio=ANY_SOLID).protocols(64 * corner, seed))
     number, at = (1 << np.arange(6)) @ (places(corners) > 0.5), places(box)
     ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}

@@ -87,35 +87,23 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     """
     few = len(hidden) // ROUNDS
     some = [hidden.part(slice(turn, few * ROUNDS, ROUNDS)) for turn in range(ROUNDS)]
-    steps: dict[str, int] = {}
-
-    def solved(turn: int) -> None:
-        found = list(some[turn].simulated())
-        results_of(found)
-        steps["solver"] = sum(one.stats.steps for one in found)
 
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
-        stream = None if name in WHOLE else streamed(model, name, hidden)
-
-        def step(turn: int) -> None:
-            steps[name] = sum(map(stream, range(turn, few * ROUNDS, ROUNDS)))  # type: ignore[arg-type]
-
         found = {
             "batch": (lambda _: asked(name, model, hidden), len(hidden)),
             "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
             "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
         }
-        return found | ({"step": (step, 1)} if stream else {})
+        if name not in WHOLE:
+            stream, steps = streamed(model, name, hidden)
+            found["step"] = (lambda turn: [stream(row) for row in range(turn, few * ROUNDS, ROUNDS)], few * steps)
+        return found
 
-    ways = {name: of(name, model) for name, model in models.items()}
-    calls = {(name, kind): call for name, each in ways.items() for kind, call in each.items()}
-    seconds = in_turn({"solver": (solved, few)} | calls, ROUNDS)
-    each = seconds["solver"]
-    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each * few}}
-    found |= {name: {kind: seconds[name, kind] for kind in ways[name]} for name in models}
-    for name, taken in steps.items():
-        found[name]["step"] /= taken
-    return found
+    calls = {(name, kind): call for name, model in models.items() for kind, call in of(name, model).items()}
+    seconds = in_turn({"solver": (lambda turn: results_of(some[turn].simulated()), few)} | calls, ROUNDS)
+    each, steps = seconds["solver"], np.mean([one.stats.steps for one in some[-1].simulated()])
+    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each / steps}}
+    return found | {name: {kind: seconds[of, kind] for of, kind in calls if of == name} for name in models}
 
 
 def study(

@@ -22,9 +22,9 @@ import typer
 
 from bem.dataset.designs import agree
 from experiments import common
-from experiments.measurements.cases import Hidden, results_of
+from experiments.measurements.cases import STEPS, Hidden, results_of
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates.measurement_floor import KINDS, READINGS, errors, grid, reading_errors
+from experiments.surrogates.measurement_steps import READINGS, errors, reading_errors
 from experiments.trainings.variants import WORK, Variant, Work, kept_folder, train_variants
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -92,7 +92,7 @@ def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[
     """
     hidden = Hidden.draw(count, common.MODULUS_RATIO)
     trajectories = list(hidden.simulated())
-    grids = {kind: grid(kind, hidden.quantities) for kind in KINDS}
+    grids = {kind: hidden.grid(kind) for kind in STEPS}
 
     def summed(found: np.ndarray) -> dict[str, Any]:
         return {"count": count} | {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
@@ -100,10 +100,9 @@ def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[
     found = {}
     for name, (folder, kind) in folders.items():
         model = common.load_surrogate(folder.name, folder.parent)
-        with common.without_extrapolation_warnings():
-            force = model.predict_history(*grids[kind], common.scenes(hidden.quantities["tabor"]))
-        found[name] = summed(reading_errors(*grids[kind], force, KINDS[kind], results_of(trajectories).T))
-    return found, {kind: summed(errors(trajectories, *grids[kind], counts)) for kind, counts in KINDS.items()}
+        force = common.predicted(model, *grids[kind], hidden.quantities["tabor"])
+        found[name] = summed(reading_errors(*grids[kind], force, STEPS[kind], results_of(trajectories).T))
+    return found, {kind: summed(errors(trajectories, *grids[kind], counts)) for kind, counts in STEPS.items()}
 
 
 def study(

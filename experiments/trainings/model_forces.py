@@ -38,9 +38,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     errors = read_errors(folder / "test_errors.csv")
     indices = errors["trajectory"].astype(int)
     trained = common.load_surrogate(folder.name, folder.parent)
-    times, indentations = data.grid(indices)
-    with common.without_extrapolation_warnings():
-        force = trained.predict_history(times, indentations, common.scenes(data.protocols["tabor"][indices]))
+    force = common.predicted(trained, *data.grid(indices), data.protocols["tabor"][indices])
     scale = trained.scaling.scale_force
     found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
     return float(abs(found.mean() / errors["mse"].mean() - 1.0))

@@ -5,11 +5,18 @@ on the shipped data set with the same recipe and the same test part. Another bac
 the same up to rounding errors, and draws other initial weights. The rankings, and the model that the paper ranks first,
 are the claims in `paper_values/claims.toml` that have a `ranking`. Each order is decided by the held-out MSE, as in the
 paper. Percentages are medians over the test set, as in the table of the models; the other errors are means.
-Source: the paper's section "Model-family selection" and its appendix on conditioning.
+
+The errors of a model are an array of shape (seeds, trajectories); the error of several seeds is their median. All
+models share the resamples of the trajectories, so that a difficult trajectory is difficult for all of them. The
+hierarchical bootstrap also draws, with replacement, as many seeds of each model as it has.
+
+Sources: the paper's section "Model-family selection" and its appendix on conditioning; Efron and Tibshirani, An
+Introduction to the Bootstrap, sections 6.2, 8.3 and 13.3.
 """
 
 import json
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +26,6 @@ from bem._support.text_files import read_json, read_toml
 from experiments.paper.error_statistics import read_errors
 from experiments.paper.model_comparison import REFERENCE, read_history
 from experiments.paper_numbers import paper_values
-from experiments.trainings import ranking_statistics as statistics
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -31,11 +37,98 @@ COLUMNS = {
     "hysteresis_percent": "hysteresis_percent",
 }
 """Names of the metrics in `metrics.json` and `test_errors.csv`."""
+MEDIANS = ("pull_off_percent", "hysteresis_percent")
+"""Metrics that are medians over the test trajectories; the others are means."""
 EXPECTED = 3
 """Number of seeds of each model; they are numbered from zero."""
-RESAMPLES = 4000
+RESAMPLES, CHUNK = 4000, 200
+"""Resamples of the test set, and those computed at a time, which bounds the memory."""
+CONFIDENCE = 0.95
+LEAST_SEEDS = 2
+"""Least number of seeds of each model for an order to be decided."""
+HOLDS, TIE, FAILS, NOT_DECIDED = "holds", "tie", "fails", "not decided"
 INPUTS = {features: [f"features-{features}"] for features in "ABCD"}
 """Labels of the seeds of the study of input representations."""
+
+
+def resampled(trajectories: int, resamples: int) -> np.ndarray:
+    """Indices of shape (resamples, trajectories), drawn with replacement from a fixed seed."""
+    return np.random.default_rng(0).integers(trajectories, size=(resamples, trajectories), dtype=np.int32)
+
+
+def replicates(errors: np.ndarray, indices: np.ndarray, metric: str) -> np.ndarray:
+    """Error of each seed on each resample of the test set, shape (seeds, resamples)."""
+    statistic: Callable[..., Any] = np.median if metric in MEDIANS else np.mean
+    chunks = [indices[start : start + CHUNK] for start in range(0, len(indices), CHUNK)]
+    return np.array([np.concatenate([statistic(seed[chunk], axis=1) for chunk in chunks]) for seed in errors])
+
+
+def interval(found: np.ndarray) -> tuple[float, float]:
+    """Percentile interval, at `CONFIDENCE`, of the median over seeds, from replicates of shape (seeds, resamples)."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = np.quantile(np.median(found, axis=0), [tail, 1.0 - tail])
+    return float(low), float(high)
+
+
+def hierarchical(found: np.ndarray, name: str) -> np.ndarray:
+    """Median error over resampled seeds, of shape (resamples,).
+
+    Args:
+        found: Replicates of shape (seeds, resamples).
+        name: The model. It seeds the draw, so that the numbers of a model do not change when another is published.
+    """
+    seeds, resamples = found.shape
+    drawn = np.random.default_rng([1, *name.encode()]).integers(seeds, size=(seeds, resamples))
+    return np.median(np.take_along_axis(found, drawn, axis=0), axis=0)
+
+
+def probability(better: Sequence[np.ndarray], worse: Sequence[np.ndarray]) -> float:
+    """Share of resamples in which the best model of `better` errs less than the best of `worse`; a tie counts half."""
+    one, other = np.min(better, axis=0), np.min(worse, axis=0)
+    return float(np.mean(one < other) + 0.5 * np.mean(one == other))
+
+
+def decision(chance: float | None) -> str:
+    """Decision on an order from its probability; `None` means too few seeds."""
+    if chance is None:
+        return NOT_DECIDED
+    if chance >= CONFIDENCE:
+        return HOLDS
+    return FAILS if chance <= 1.0 - CONFIDENCE else TIE
+
+
+def verdict(decisions: Sequence[str]) -> str:
+    """Decision on a ranking from the decisions on its orders.
+
+    The ranking fails if one order fails, and holds only if all orders hold.
+    """
+    return next((word for word in (FAILS, NOT_DECIDED, TIE) if word in decisions), HOLDS)
+
+
+def duels(
+    champion: str,
+    contenders: Mapping[str, Sequence[str]],
+    drawn: Mapping[str, Mapping[str, np.ndarray]],
+    seeds: Mapping[str, int],
+) -> list[dict[str, Any]]:
+    """The order of the champion and each other contender, with its probability by each metric.
+
+    Args:
+        champion: The contender that the paper ranks first.
+        contenders: The models of each contender; the error of a contender is that of its best model.
+        drawn: What `hierarchical` returns, by metric and model.
+        seeds: Number of seeds by model; zero for a model that is absent.
+    """
+    found = []
+    for other in (label for label in contenders if label != champion):
+        pair = champion, other
+        both = [min(seeds.get(name, 0) for name in contenders[label]) for label in pair]
+        chances: dict[str, float | None] = dict.fromkeys(COLUMNS)
+        for metric in COLUMNS if min(both) >= LEAST_SEEDS else ():
+            chances[metric] = probability(*([drawn[metric][name] for name in contenders[label]] for label in pair))
+        ruling = decision(chances["test_mse"])
+        found.append({"better": champion, "worse": other, "seeds": both, "probability": chances, "decision": ruling})
+    return found
 
 
 def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
@@ -84,13 +177,13 @@ def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[s
     decisions = {}
     for label in known.keys() - {champion}:
         ratio = errors[label] / errors[champion]
-        decided = statistics.HOLDS if ratio > apart else statistics.FAILS
-        decisions[label] = decided if max(ratio, 1.0 / ratio) > apart else statistics.TIE
+        decided = HOLDS if ratio > apart else FAILS
+        decisions[label] = decided if max(ratio, 1.0 / ratio) > apart else TIE
     return {
         "lacking": [],
         "first": min(errors, key=errors.__getitem__),
-        "level": [champion, *(label for label in known if decisions.get(label) == statistics.TIE)],
-        "decision": statistics.verdict(list(decisions.values())),
+        "level": [champion, *(label for label in known if decisions.get(label) == TIE)],
+        "decision": verdict(list(decisions.values())),
     }
 
 
@@ -104,9 +197,8 @@ def read_seed(folder: Path) -> dict[str, Any]:
         run, metrics = (read_json(folder / f"{name}.json") for name in ("run", "metrics"))
         errors = read_errors(folder / "test_errors.csv")
         test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
-        how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
         row = {"seed": int(run["seed"]), "backend": run["backend"]}
-        row |= {name: float(test[column][how[name]]) for name, column in COLUMNS.items()}
+        row |= {name: float(test[column]["median" if name in MEDIANS else "mean"]) for name, column in COLUMNS.items()}
         return {
             "seed": row["seed"],
             "data set": run["dataset_sha256"],
@@ -167,19 +259,19 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
     spread: dict[str, dict[str, Any]] = {name: {} for name in errors}
     drawn: dict[str, dict[str, np.ndarray]] = {metric: {} for metric in COLUMNS}
     for name, by_metric in errors.items():
-        indices = statistics.resampled(by_metric["test_mse"].shape[1], RESAMPLES)
+        indices = resampled(by_metric["test_mse"].shape[1], RESAMPLES)
         for metric in (*COLUMNS, "validation_mse"):
             values = [row[metric] for row in rows[name]]
             spread[name][metric] = {"min": min(values), "median": float(np.median(values)), "max": max(values)}
         for metric in COLUMNS:
-            replicates = statistics.replicates(by_metric[metric], indices, metric)
-            spread[name][metric] |= dict(zip(("low", "high"), statistics.interval(replicates), strict=True))
-            drawn[metric][name] = statistics.hierarchical(replicates, name)
+            drawn_errors = replicates(by_metric[metric], indices, metric)
+            spread[name][metric] |= dict(zip(("low", "high"), interval(drawn_errors), strict=True))
+            drawn[metric][name] = hierarchical(drawn_errors, name)
     seeds = {name: len(found) for name, found in rows.items()}
     pairs, claims = [], {}
     for claim in ranked():
         champion, known = contenders(claim)
-        found = statistics.duels(champion, known, drawn, seeds)
+        found = duels(champion, known, drawn, seeds)
         pairs += [{"claim": claim["ranking"], **pair} for pair in found]
         present = {label: [name for name in names if name in spread] for label, names in known.items()}
         medians = {
@@ -190,8 +282,8 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
         claims[claim["ranking"]] = {
             "paper": champion,
             "first": min(medians, key=medians.__getitem__, default=None),
-            "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == statistics.TIE)],
-            "decision": statistics.verdict([pair["decision"] for pair in found]),
+            "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == TIE)],
+            "decision": verdict([pair["decision"] for pair in found]),
         }
     return {"spread": spread, "pairs": pairs, "claims": claims}
 
@@ -209,7 +301,7 @@ def study(dataset: Path, seeds: Path) -> dict[str, Any]:
     missing = {name: [seed for seed in range(EXPECTED) if seed not in seen] for name, seen in present.items()}
     return {
         "dataset_sha256": digest,
-        "confidence": statistics.CONFIDENCE,
+        "confidence": CONFIDENCE,
         "resamples": RESAMPLES,
         "seeds_expected": EXPECTED,
         "models": rows,

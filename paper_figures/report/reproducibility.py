@@ -9,10 +9,9 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.common import ended_by_recipe
-from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS
+from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS, read_model
 from experiments.trainings import ranking as rankings
-from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
-from experiments.trainings.training_speed import batch_seconds, training_seconds
+from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number, table_rows
@@ -150,7 +149,7 @@ def recipe_table(models: Path, ranking: Any) -> str:
 def hours_text(models: Path, training_speed: Any) -> str:
     """Core hours of each training that the paper's recipe ended: of its batches if measured, otherwise as recorded."""
     folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
-    seconds = {name: training_seconds(one, batch_seconds(training_speed)) for name, one in folders.items()}
+    seconds = {name: read_model(one, training_speed)["core_seconds"] for name, one in folders.items()}
     return ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in seconds.items() if one)
 
 

@@ -1,7 +1,12 @@
-"""Model directories of trainings that never ran."""
+"""Model directories of trainings that never ran, and hidden protocols that the solver computes quickly."""
 
 import json
 
+import numpy as np
+
+from experiments.measurements.cases import Hidden
+
+DRAW = Hidden.draw
 SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
 COLUMNS = (
     "mse",
@@ -40,3 +45,9 @@ def write_training(folder, variant, data, mse=1.0):
     run = {"dataset_sha256": data.sha256, "features": variant.features, "architecture": variant.architecture}
     write_model(folder, mse, recipe=recipe, **run)
     data.split().with_fraction(variant.fraction, variant.fold).save(folder / "split.json")
+
+
+def shallow(count, ratio, *seed):
+    """In place of `Hidden.draw`: the shallowest of forty times as many."""
+    drawn = DRAW(40 * count, ratio, *seed)
+    return drawn.part(np.argsort(drawn.quantities["peak_indentation"])[:count])

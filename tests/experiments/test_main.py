@@ -7,7 +7,7 @@ import pytest
 
 from experiments import common
 from experiments.__main__ import main
-from experiments.measurements import contact_ticks
+from experiments.measurements import latencies
 from experiments.paper import architecture_graphs
 
 
@@ -67,7 +67,7 @@ def test_an_option_may_be_repeated(monkeypatch, capsys):
 
 
 def test_a_result_is_written_where_asked_and_states_its_options_in_their_order(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4])
+    monkeypatch.setattr(latencies, "ticks", lambda *_: [2e-4])
     out = tmp_path / "ticks.json"
     code, _ = run(monkeypatch, capsys, "contact_ticks", "--seed", "3", "--count", "2", "--busy", "--out", str(out))
     found = json.loads(out.read_text(encoding="utf-8"))

@@ -4,17 +4,15 @@ import h5py
 import pytest
 
 from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION
-from experiments import stages
 from experiments.stages import describe, hours_of, read_stages
 from surrogate.architectures.naming import names
 from tests.data_files import editing
+from tests.experiments.models import write_model
 
 
-def publish(folder, labels, seconds):
-    for label in labels:
-        (folder / "models" / label).mkdir(parents=True)
-        run = {"cpu_seconds": seconds, "architecture": label}
-        (folder / "models" / label / "run.json").write_text(json.dumps(run), encoding="utf-8")
+def publish(folder):
+    for name in names():
+        write_model(folder / "models" / name)
 
 
 def test_hours_follow_from_what_the_published_models_took(tmp_path):
@@ -23,20 +21,20 @@ def test_hours_follow_from_what_the_published_models_took(tmp_path):
     line = describe("models", known, tmp_path)
     assert line.startswith("stage 2 of 6, models: train the 18 paper models")
     assert line.endswith("by estimate")
-    publish(tmp_path, names(), 1000.0)
-    assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 1000.0 / 3600.0 / 2), True)
-    assert describe("models", read_stages(), tmp_path).endswith("about 2.5 hours")
+    publish(tmp_path)
+    assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 120.0 / 3600.0 / 2), True)
+    assert describe("models", read_stages(), tmp_path).endswith("about 18 minutes")
     (tmp_path / "models" / "M6-gated" / "run.json").unlink()
     assert not hours_of("models", read_stages(), tmp_path)[1]
 
 
-def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path, monkeypatch):
-    publish(tmp_path, names(), 1000.0)
-    speed = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 2.0}}}}
+def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path):
+    publish(tmp_path)
+    speed = {"recipe": "swift", "models": {name: {"seconds_per_batch": {"median": 2.0}} for name in names()}}
     (tmp_path / "measurements").mkdir()
     (tmp_path / "measurements" / "training_speed.json").write_text(json.dumps(speed), encoding="utf-8")
-    monkeypatch.setattr(stages, "training_seconds", lambda _, batch: 10.0 * batch["swift", "M1-concat"])
-    assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 20.0 / 3600.0 / 2), True)
+    # Two epochs of three batches.
+    assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 12.0 / 3600.0 / 2), True)
 
 
 def test_hours_of_data_set_and_studies(tmp_path):

@@ -42,7 +42,7 @@ def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
 def test_the_guide_shows_the_seconds_that_are_published(tmp_path):
     content = {"host": "Some Processor", "model": "M1-concat", "steps": 200, "share_above_50_microseconds": 0.0}
     content["microseconds"] = {"median": 31.0, "p99": 40.0, "p99_9": 45.0, "worst": 90.0}
-    place = "<!-- fill experiments.surrogates.stream_latency.page_text -->{}<!-- end -->"
+    place = "<!-- fill experiments.measurements.latencies.stream_text -->{}<!-- end -->"
     with pytest.raises(FileNotFoundError, match="`make measure-stream-latency` makes it"):
         fill.filled(place.format("?"), Places(published=tmp_path))
     (tmp_path / "measurements").mkdir()

@@ -78,12 +78,6 @@ def fails_until_mended(scene, protocol, accuracy="standard"):
     return replace(complete, **begin, status="stopped") if isinstance(scene.material, PronySeries) else complete
 
 
-def rough(scene, protocol, accuracy="standard"):
-    """Forces too large by the target error of the accuracy."""
-    history = solve(scene, protocol, accuracy)
-    return replace(history, force=history.force * (1.0 + history.accuracy))
-
-
 def case(quantities):
     """Scene and protocol of some quantities."""
     rest = {name: float(value) for name, value in quantities.items()}

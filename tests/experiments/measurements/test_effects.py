@@ -1,12 +1,13 @@
-"""What each effect changes, and where a simpler scene stands in for it."""
+"""What effects change and cost, and how often a recommendation keeps its promise."""
 
 import types
 
 import numpy as np
 import pytest
 
-from bem import Scene
-from experiments.measurements import effects
+from bem import ForceProtocol, LoadingProtocol, Scene, simulate
+from experiments.measurements import effect_pairs, effects, recommendations
+from experiments.measurements.effect_pairs import Effects
 
 KINDS = [f"{name}, {kind}" for name in ("DMT-like", "JKR-like") for kind in ("elastic", "one relaxation")]
 
@@ -31,3 +32,46 @@ def test_limits_and_errors_of_stand_ins():
     found = effects.stand_ins(1e-2)
     assert set(found["errors"]) == {"Hertz", "rubbery", "glassy", "no adhesion"}
     assert found["recommended"] == "elastic rubbery, adhesive"
+
+
+def test_pairs_differ_in_one_effect_and_name_the_one_that_the_aim_limits():
+    found = effect_pairs.pairs()
+    assert len(found) == 42
+    for effect, limited, other in found:
+        assert sum(a != b for a, b in zip(limited, other, strict=True)) == 1
+        assert effect in effect_pairs.LARGEST
+    assert ("adhesion", Effects(False, 1), Effects(True, 1)) in found
+    assert ("spring", Effects(True, 0, "spring"), Effects(True, 0)) in found
+
+
+@pytest.mark.parametrize("effects", effect_pairs.EVERY, ids=lambda effects: effects.name)
+def test_every_scene_completes_and_reaches_its_peak(effects):
+    scene, protocol = effect_pairs.case(effects, 1.0, 1.0)
+    found = simulate(scene, protocol)
+    assert found.completed
+    assert found.stats.memory_vectors == effects.processes
+    if isinstance(protocol, ForceProtocol):
+        assert found.max_compression == pytest.approx(min(protocol.forces), rel=1e-3)
+    elif effects.device == "stage":
+        assert max(found.indentation) == pytest.approx(effect_pairs.DEPTH)
+
+
+@pytest.mark.parametrize("name", recommendations.SAMPLES)
+def test_recommendations_are_checked(name):
+    (case,) = recommendations.sample(name, 1)
+    row = recommendations.checked(*case, 0.1, "force")
+    assert row["kept"] is (True if row["simplified"] else None)
+    found = recommendations.summary([row])
+    assert (found["cases"], found["simplified"], found["kept"]) == (1, row["simplified"], row["simplified"])
+
+
+def test_what_is_kept_is_counted_and_two_loads_are_at_the_rates_of_the_protocol():
+    full = {"simplified": False, "kept": None, "error": None, "ratio": None}
+    simple = {"simplified": True, "kept": True, "error": 0.01, "ratio": 0.5, "full_seconds": 1.0}
+    common = {"found_by": "estimate", "seconds": 0.1}
+    found = recommendations.summary([full | common, simple | common, simple | common | {"kept": False, "ratio": 2.0}])
+    assert (found["simplified"], found["kept"], found["slower"], found["worst_error"]) == (2, 1, 1, 0.01)
+    assert recommendations.summary([full | common])["worst_error"] is None
+    ramps = {"peak_indentation": 5.0, "loading_rate": 2.0, "dwell_time": 1.0, "unloading_rate": 4.0}
+    found = recommendations.two_loads(LoadingProtocol(**ramps), 1.0, 0.5)
+    assert np.diff(found.indentations) / np.diff(found.times) == pytest.approx([2.0, -4.0, 2.0, -4.0])

@@ -43,16 +43,16 @@ def test_a_compilation_during_the_first_item_is_not_expected_of_the_others(monke
 @pytest.fixture
 def clock(monkeypatch):
     """A clock whose two hands the test moves."""
-    hands = {"processor": 0.0, "wall": 0.0}
-    clock = Clock(processor=lambda: hands["processor"], wall=lambda: hands["wall"])
-    clock.hands = hands
+    clock = Clock()
+    clock.processor = clock.wall = 0.0
+    monkeypatch.setattr(harness, "hands", lambda: (clock.wall, clock.processor))
     monkeypatch.setattr(harness, "CLOCK", clock)
     return clock
 
 
 def work(clock, processor, wall):
-    clock.hands["processor"] += processor
-    clock.hands["wall"] += wall
+    clock.processor += processor
+    clock.wall += wall
 
 
 def test_seconds_are_the_processors_and_do_not_grow_when_others_compete(clock):

@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 
 from bem.tractions import traction
-from experiments.measurements import other_software, peers
+from experiments.measurements import peers
 
 
 def test_the_top_of_a_parabola_and_the_force_beyond_a_square():
     x = np.linspace(-1.0, 1.0, 6)
-    assert other_software.highest(2.0 - 3.0 * (x - 0.1) ** 2) == pytest.approx(2.0)
-    assert other_software.highest(x) == 1.0
-    assert other_software.highest(np.array([1.0, 1.0, 1.0])) == 1.0
+    assert peers.highest(2.0 - 3.0 * (x - 0.1) ** 2) == pytest.approx(2.0)
+    assert peers.highest(x) == 1.0
+    assert peers.highest(np.array([1.0, 1.0, 1.0])) == 1.0
     half, indentation = 2.0, 0.5
     x = np.linspace(-60.0, 60.0, 1201)
     squared = np.add.outer(x**2, x**2)
     outside = np.maximum(np.abs(x)[:, np.newaxis], np.abs(x)) > half + 0.05
     law = traction.py_func(1.0 + 0.5 * squared - indentation)
     summed = float(law[outside].sum()) * 0.1**2 / math.pi
-    assert other_software.force_beyond(half + 0.05, indentation) == pytest.approx(summed, rel=0.01)
+    assert peers.force_beyond(half + 0.05, indentation) == pytest.approx(summed, rel=0.01)
 
 
 def test_the_other_software_is_required(monkeypatch):
-    monkeypatch.setattr(other_software, "PACKAGES", ("Adhesion", "no-such-package"))
+    monkeypatch.setattr(peers, "PACKAGES", ("Adhesion", "no-such-package"))
     monkeypatch.setattr(peers, "EXACT_TARGET", 4e-3)
     with pytest.raises(RuntimeError, match=r"Adhesion and no-such-package must be installed: .*peers"):
         peers.study(finest=32)
@@ -46,10 +46,10 @@ def test_every_tool_finds_its_number(monkeypatch):
 
 def test_adhesion_on_a_coarse_grid():
     pytest.importorskip("Adhesion")
-    assert other_software.adhesion_largest_tension(1.0, 16, 2.0) == pytest.approx(1.67, rel=0.06)
+    assert peers.adhesion_largest_tension(1.0, 16, 2.0) == pytest.approx(1.67, rel=0.06)
 
 
 def test_tamaas_on_coarse_grids():
     pytest.importorskip("tamaas")
-    errors = [abs(other_software.tamaas_hertz(1.0, grid, 2.0) - 1.0) for grid in (16, 64)]
+    errors = [abs(peers.tamaas_hertz(1.0, grid, 2.0) - 1.0) for grid in (16, 64)]
     assert errors[1] < 0.1 * errors[0] < 1e-3

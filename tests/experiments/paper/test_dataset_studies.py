@@ -1,18 +1,14 @@
 import numpy as np
 import pytest
 
-from bem.accuracy import NAMED_TARGETS
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.records import COMPLETED, FAILED
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from experiments.common import write_result
 from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
-from experiments.robustness import accuracy_price
-from paper_figures.measurements import solver
 from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
-from tests.bem.dataset import stand_in
 from tests.processes import ROOT
 
 
@@ -66,8 +62,6 @@ def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, 
     assert dataset_statistics.statistics(other)["with_jumps"] == 0.0
     monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: other)
     assert list(inconsistencies.end_force(dataset).values()) == [1.0]
-    whole = accuracy_price.errors(data, data)["force"]
-    assert (len(whole), len(accuracy_price.errors(other, data)["force"])) == (60, 45)
 
 
 def test_what_is_never_compressed_has_no_force_ratio(data):
@@ -77,30 +71,6 @@ def test_what_is_never_compressed_has_no_force_ratio(data):
     assert found == before + 7
     expected = data.scalars["pull_off_force"][7:] / -compression[7:]
     np.testing.assert_array_equal(dataset_statistics.force_ratio(other), expected[compression[7:] < 0.0])
-
-
-def test_price_compares_the_same_protocols(tmp_path, in_this_process):
-    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
-    levels = accuracy_price.price(datasets)
-    assert [(level["accuracy"], level["trajectories"]) for level in levels] == [
-        ("draft", 40),
-        ("standard", 40),
-        ("reference", 10),
-    ]
-    for level in levels[:2]:
-        assert level["compared"] == 10
-        expected = (1.0 + NAMED_TARGETS[level["accuracy"]]) / (1.0 + NAMED_TARGETS["reference"]) - 1.0
-        for quantity in ("pull_off_force", "hysteresis"):
-            for name in ("median", "largest"):
-                assert level["errors"][quantity][name] == pytest.approx(expected, rel=1e-6)
-        # The root mean square of the history is less than its range.
-        assert 0.1 * expected < level["errors"]["force"]["largest"] < expected
-    assert "errors" not in levels[2]
-    with pytest.raises(ValueError, match="reference_count must be a whole number from 1 to 40"):
-        accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
-    # The cost is that of the solver for all trajectories.
-    rows = solver.rows_of([level | {"seconds": level["seconds"] | {"mean": 3.0}} for level in levels])
-    assert [row[6] for row in rows] == ["2.0", "2.0", "2.0"]
 
 
 def test_the_report_is_of_the_published_data_set(tmp_path):
@@ -120,6 +90,8 @@ def test_example_of_the_real_solver():
     found = dataset_examples.example("x", quantities, "draft")
     assert len(found["steps"]["force"]) == 120
     assert found["phase_times"][3] == found["steps"]["time"][-1]
+    for quantity in ("indentation", "force"):
+        assert found["steps"][quantity][[0, -1]] == pytest.approx(found["native"][quantity][[0, -1]])
     assert found["results"]["pull_off_force"] == max(
         force
         for time, force in zip(found["native"]["time"], found["native"]["force"], strict=True)

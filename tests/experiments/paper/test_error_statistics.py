@@ -148,32 +148,28 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
 
 def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
     def one(mse, hours):
-        known = {"validation_mse": 2.0 * mse, "epochs": int(hours), "ended_by": "recipe", "training_trajectories": 80}
-        return known | {"mse": mse, "hours": hours, "recipe": {"name": "paper", "batch_size": 8}}
+        return {"validation_mse": 2.0 * mse, "epochs": int(hours), "ended_by": "recipe", "mse": mse}
 
     beside = {f"{name}-paper": one(1e-4, rank + 1.0) for rank, name in enumerate(names())}
     beside |= {
         f"M1-concat-inputs-{name}-paper": one(mse, 1.0) for name, mse in zip("ABC", (9e-4, 3e-4, 2e-4), strict=True)
     }
-    found = model_comparison.by_paper_recipe(beside)
+    hours = {name: float(one["epochs"]) for name, one in beside.items()}
+    found = model_comparison.by_paper_recipe(beside, hours)
     assert (found["longest_training"], found["longest_training_hours"], found["most_epochs"]) == ("M6-gated", 18.0, 18)
     assert found["mse"]["features-D"] == found["mse"]["M1-concat"] == 1e-4
     assert found["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
     assert found["all_improve_over_a"] is True
 
-    beside["M2-FiLM-paper"]["hours"] = None  # trained on a GPU
-    assert model_comparison.by_paper_recipe(beside)["longest_training"] is None
-    speed = {"recipe": "swift", "models": {}, "by_paper_recipe": {name: {"median": 10.0} for name in names()}}
-    speed["by_paper_recipe"]["M2-FiLM"] = {"median": 3600.0}
-    found = model_comparison.by_paper_recipe(beside, speed)
-    assert (found["longest_training"], found["longest_training_hours"]) == ("M2-FiLM", 50.0)  # 5 epochs of 10 batches
+    on_a_gpu = hours | {"M2-FiLM-paper": None}
+    assert model_comparison.by_paper_recipe(beside, on_a_gpu)["longest_training"] is None
 
     beside["M6-gated-paper"]["ended_by"] = "--epochs"  # cut short, so that it is none
     beside["M1-concat-inputs-B-paper"] = one(1e-3, 1.0)
-    found = model_comparison.by_paper_recipe(beside)
+    found = model_comparison.by_paper_recipe(beside, hours)
     assert (found["longest_training"], found["most_epochs"], found["all_improve_over_a"]) == (None, None, False)
     del beside["M1-concat-inputs-B-paper"]
-    found = model_comparison.by_paper_recipe(beside)
+    found = model_comparison.by_paper_recipe(beside, hours)
     assert len(found["trained"]) == 17
     assert found["all_improve_over_a"] is None
 

@@ -1,5 +1,3 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -7,8 +5,8 @@ from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates import errors_by_place, inverse_problem, measurement_floor, ways_to_call
-from tests.experiments.shallow import DRAW, shallow
+from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, ways_to_call
+from tests.experiments.models import DRAW, shallow
 
 CORNERS = Hidden.corners
 
@@ -40,7 +38,7 @@ def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
 
 
 def test_the_floor_of_both_kinds_of_steps():
-    content = measurement_floor.study(count=6)
+    content = measurement_steps.study_measurement_floor(count=6)
     floors = [content["kinds"][kind]["pull_off"]["p90"] for kind in ("uniform", "physical")]
     assert all(floor >= 0.0 for floor in floors)
     assert len(content["kinds"]["physical"]["pull_off_errors"]) == 6
@@ -90,9 +88,6 @@ class Answer:
 
 def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch):
     monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
-    drawn = SimpleNamespace(protocols=lambda count, _: shallow(count, errors_by_place.ANY_SOLID).quantities)
-    design = errors_by_place.Design
-    monkeypatch.setattr(errors_by_place, "Design", lambda one, **of: design(one, **of) if one == "corners" else drawn)
     content = errors_by_place.study(count=4, corner=1, seed=3)["models"]
     assert list(content["M1-concat"]) == ["paper", "vertices"]
     for place in ("paper", "box"):

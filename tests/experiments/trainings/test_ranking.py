@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from experiments.trainings import ranking
-from experiments.trainings import ranking_statistics as statistics
 from surrogate.architectures.naming import paper_names
 
 TRAJECTORIES = 200
@@ -19,22 +18,22 @@ HARDNESS = RNG.lognormal(0.0, 1.0, TRAJECTORIES)
 
 def drawn_of(factors):
     """Hierarchical replicates of models whose seeds err by these factors, all on the same hard trajectories."""
-    indices = statistics.resampled(TRAJECTORIES, 500)
+    indices = ranking.resampled(TRAJECTORIES, 500)
     found = {}
     for name, seeds in factors.items():
         noise = np.random.default_rng([*name.encode()]).lognormal(0.0, 0.05, (len(seeds), TRAJECTORIES))
         errors = np.array(seeds)[:, np.newaxis] * HARDNESS * noise
-        found[name] = {metric: statistics.replicates(errors, indices, metric) for metric in statistics.STATISTICS}
+        found[name] = {metric: ranking.replicates(errors, indices, metric) for metric in ranking.COLUMNS}
     return {
-        metric: {name: statistics.hierarchical(one[metric], name) for name, one in found.items()}
-        for metric in statistics.STATISTICS
+        metric: {name: ranking.hierarchical(one[metric], name) for name, one in found.items()}
+        for metric in ranking.COLUMNS
     }
 
 
 def order_of(factors):
     contenders = {name: [name] for name in factors}
     known = {name: seeds for name, seeds in factors.items() if seeds}
-    (pair,) = statistics.duels("a", contenders, drawn_of(known), {name: len(seeds) for name, seeds in known.items()})
+    (pair,) = ranking.duels("a", contenders, drawn_of(known), {name: len(seeds) for name, seeds in known.items()})
     return pair
 
 
@@ -59,13 +58,13 @@ def test_an_order_is_decided_by_trajectories_and_seeds(first, second, decision):
 
 def test_equal_models_are_a_tie_and_of_several_the_best_counts():
     replicates = np.ones((2, 10))
-    assert statistics.probability([replicates[0]], [replicates[1]]) == 0.5
-    assert statistics.decision(0.5) == statistics.TIE
-    assert statistics.decision(None) == statistics.NOT_DECIDED
+    assert ranking.probability([replicates[0]], [replicates[1]]) == 0.5
+    assert ranking.decision(0.5) == ranking.TIE
+    assert ranking.decision(None) == ranking.NOT_DECIDED
     drawn = {metric: {"a": np.full(9, 2.0), "b": np.full(9, 3.0), "c": np.full(9, 1.0)} for metric in ranking.COLUMNS}
-    (pair,) = statistics.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
+    (pair,) = ranking.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
     assert pair["probability"]["test_mse"] == 0.0
-    (pair,) = statistics.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, {"a": 3, "b": 3, "c": 1})
+    (pair,) = ranking.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, {"a": 3, "b": 3, "c": 1})
     assert pair["decision"] == "not decided"
 
 
@@ -79,21 +78,19 @@ def test_equal_models_are_a_tie_and_of_several_the_best_counts():
     ],
 )
 def test_a_ranking_holds_with_all_its_orders_and_fails_with_one(decisions, whole):
-    assert statistics.verdict(decisions) == whole
+    assert ranking.verdict(decisions) == whole
 
 
 def test_the_interval_of_a_mean_is_that_of_its_standard_error_and_paired_resamples_see_a_small_difference():
     errors = np.random.default_rng(1).normal(10.0, 2.0, (1, 1000))
-    low, high = statistics.interval(statistics.replicates(errors, statistics.resampled(1000, 2000), "test_mse"))
+    low, high = ranking.interval(ranking.replicates(errors, ranking.resampled(1000, 2000), "test_mse"))
     assert high - low == pytest.approx(2 * 1.96 * errors.std() / np.sqrt(1000), rel=0.1)
-    low, high = statistics.interval(
-        statistics.replicates(errors, statistics.resampled(1000, 2000), "hysteresis_percent")
-    )
+    low, high = ranking.interval(ranking.replicates(errors, ranking.resampled(1000, 2000), "hysteresis_percent"))
     assert low < np.median(errors) < high
     # Three percent, where the interval over the test set is wider than a tenth: only paired resamples tell.
     drawn = drawn_of({"a": [1.0, 1.0], "b": [1.03, 1.03]})["test_mse"]
     assert np.ptp(np.quantile(drawn["a"], [0.025, 0.975])) > 0.1 * np.mean(drawn["a"])
-    assert statistics.probability([drawn["a"]], [drawn["b"]]) > 0.95
+    assert ranking.probability([drawn["a"]], [drawn["b"]]) > 0.95
 
 
 def publish(root, model, seed, mse, digest="d" * 64, **given):

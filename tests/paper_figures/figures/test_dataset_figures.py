@@ -10,7 +10,7 @@ from paper_figures.__main__ import save
 from paper_figures.figures import figure_2, figure_3
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
-from paper_figures.tables import table_accuracy_price, table_protocols_dataset
+from paper_figures.tables import table_protocols_dataset
 
 
 def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp_path):
@@ -76,7 +76,7 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
         np.testing.assert_array_equal(drawn, native)
 
 
-def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examples):
+def test_tables_of_the_data_set(dataset_path, examples):
     found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
     first, second = table_protocols_dataset.compose(examples, found).values()
     assert len(first.rows) == 6
@@ -89,18 +89,6 @@ def test_tables_of_the_data_set_and_of_the_price_of_accuracy(dataset_path, examp
         "| trajectories with a jump | not stated | 12.5 % |",
     ):
         assert words in summary
-    seconds = {"mean": 12.3, "median": 0.01, "p99": 0.1}
-    found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
-    level = {"trajectories": 9, "failed": 0, "seconds": seconds, "compared": 4}
-    levels = [
-        {"accuracy": "draft", "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), found), **level},
-        {"accuracy": "reference", **level},
-    ]
-    table = table_accuracy_price.compose({"seed": 0, "host": "a machine", "levels": levels})
-    draft, reference = table.rows
-    assert draft == ["draft", "9", "0", "12300.0", "10.0", "100.0", "1.8", *["0.1 / 0.2 / 3"] * 3]
-    assert reference[-3:] == ["-"] * 3
-    assert "on 4 protocols that are a random sample" in table.caption
 
 
 def test_latex_escapes_text_leaves_mathematics_alone_and_rows_keep_their_order(tmp_path):

@@ -4,7 +4,7 @@ import re
 import pytest
 
 from experiments.paper_numbers import stated, with_stated
-from experiments.places import HERE
+from experiments.places import studies
 from experiments.trainings.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
@@ -42,7 +42,7 @@ def test_an_unknown_rule_is_refused():
         reproduction.verdict("most", 3.0, 3.0)
 
 
-RESULTS = {*(path.stem for path in HERE.glob("*/*.py")), "step_length"}
+RESULTS = {*studies(), "step_length"}
 CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 

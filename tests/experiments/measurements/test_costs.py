@@ -1,0 +1,83 @@
+"""What campaigns, commands, ticks and streams cost, on small and made-up cases."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import surrogate
+from bem import LoadingProtocol, Scene, StandardLinearSolid
+from bem.dataset.file import load_dataset
+from experiments.measurements import campaign_scale, harness, latencies, limits
+from experiments.measurements.cases import Case
+
+
+def test_one_process_saves_and_writes_what_there_is(dataset, tmp_path):
+    found = campaign_scale.saved(load_dataset(dataset), tmp_path)
+    assert all(value > 0.0 for value in found.values())
+    assert found["bytes"] > 480  # 120 forces of four bytes
+    assert len(load_dataset(tmp_path / "whole.h5")) == 60
+
+
+@pytest.mark.slow
+def test_scheduling_is_measured_with_workers_that_sleep():
+    pytest.importorskip("distributed")
+    found = campaign_scale.under_dask(40, 2, 0.01)
+    assert found["scheduling"] >= found["central"] >= 0.0
+
+
+@pytest.mark.parametrize(("dwell", "count"), [(0.01, 56), (10.0, 100)])
+def test_a_protocol_is_followed_in_ticks_up_to_the_longest_number(dwell, count, monkeypatch):
+    monkeypatch.setattr(latencies, "LONGEST", 100)
+    protocol = LoadingProtocol(peak_indentation=0.2, loading_rate=100.0, dwell_time=dwell, unloading_rate=100.0)
+    spent = latencies.ticks(Case(Scene(1.0, StandardLinearSolid(0.1)), protocol), np.random.default_rng(0))
+    assert len(spent) == count
+    assert min(spent) > 0.0
+
+
+def test_the_shares_are_found(monkeypatch):
+    monkeypatch.setattr(latencies, "ticks", lambda *_: [2e-4, 4e-4, 5e-3, 3e-4])
+    content = latencies.study_contact_ticks(count=2)
+    assert (content["count"], content["below_a_millisecond"]) == (8, 0.75)
+
+
+def test_processor_seconds_are_those_of_the_command_alone():
+    sum(number**2 for number in range(3_000_000))  # of this process
+    assert 0.05 < harness.of_command("--version")[1] < 2.0
+
+
+def test_a_prescribed_force_is_met():
+    assert 0.0 < limits.force_error(1, count=3) < 1e-3
+
+
+def test_the_first_elastic_contact_costs_most():
+    found = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
+    assert limits.elastic_text(found).startswith("50 ms of processor time the first time, 0.5 ms afterwards")
+
+
+@pytest.fixture
+def instants(monkeypatch):
+    """Steps of 0, 1, ... 1000 microseconds, from when they begin to when they end; the steps that were taken."""
+    taken = []
+    ticks = iter(np.stack([np.zeros(1001), 1e3 * np.arange(1001)], axis=1).ravel().tolist())
+    monkeypatch.setattr(latencies, "time", SimpleNamespace(perf_counter_ns=lambda: next(ticks)))
+    stream = SimpleNamespace(reset=lambda: taken.append("reset"), step=lambda *point: taken.append(point[-1]))
+    monkeypatch.setattr(surrogate, "load", lambda *_: SimpleNamespace(stream=lambda _: stream))
+    monkeypatch.setattr(latencies, "in_fresh_process", lambda *_, **__: [0.5])
+    return taken
+
+
+def test_percentiles_of_a_stream_are_those_of_their_names(instants):
+    found = latencies.study_stream_latency(model="any", steps=1001)
+    assert found["microseconds"] == pytest.approx({"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0})
+    assert found["share_above_50_microseconds"] == 950 / 1001
+    assert instants[0] == "reset"
+    assert [place for place, edge in enumerate(instants[1:121]) if edge is True] == [49, 69]
+    assert instants.count("reset") == 9
+    assert {"python", "numba", "onnxruntime"} <= found["versions"].keys()
+
+
+def test_a_stream_of_a_published_model_is_timed():
+    spent = latencies.step_microseconds("M1-concat", None, 240)
+    assert spent.shape == (240,)
+    assert 0.1 < np.median(spent) < 1e4

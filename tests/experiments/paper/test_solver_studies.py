@@ -1,0 +1,150 @@
+"""Studies of the paper that simulate: canonical protocols, cracks and contradictions; settings read off the code."""
+
+import json
+import time
+import types
+
+import numpy as np
+import pytest
+
+from bem.reference_solutions import persson_brener as theory
+from experiments import common
+from experiments.measurements import canonical_times
+from experiments.measurements import harness as timing
+from experiments.measurements.cases import Case
+from experiments.paper import adopted_settings, canonical_regimes, persson_brener
+from experiments.paper.inconsistencies import SLIPS
+from experiments.paper_numbers import paper_rows
+from experiments.places import CONFIGS, Places
+
+
+def test_the_settings_are_the_papers_own(monkeypatch):
+    found = adopted_settings.recipe()
+    assert (found["batch_size"], found["learning_rate"], found["stop_after"]) == (8, 1e-4, 30)
+    assert "plateau" not in found
+    found = adopted_settings.crack_protocol()
+    assert found["tabor"] == 3.24
+    assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
+    assert found["radius_over_gap"] == 100.0
+    monkeypatch.setattr(adopted_settings, "layers", dict)
+    found = adopted_settings.study(CONFIGS)["closed_forms"]
+    assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
+    rows = [dict.fromkeys(adopted_settings.QUANTITIES, value) for value in (1.0, 2.0)]
+    monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
+    with pytest.raises(ValueError, match="differ in the unloading rate alone"):
+        adopted_settings.crack_protocol()
+
+
+WAYS = ("solver", "keras_call", "predictor", "predictor_batch")
+
+
+def test_measured_seconds_are_the_processors(tmp_path, monkeypatch):
+    ticks = iter(np.arange(10_000.0).tolist())
+    monkeypatch.setattr(timing, "hands", lambda: (0.0, next(ticks)))
+    ways = dict.fromkeys(("Keras call", "ONNX"), lambda cases: np.zeros((len(cases), 122)))
+    monkeypatch.setattr(canonical_times.tools, "ways_to_call", lambda *_: (ways, {}))
+    monkeypatch.setattr(canonical_times, "paper_rows", lambda name: paper_rows(name)[:2])
+    config = {"model": "any", "modulus_ratio": 0.1, "accuracy": "draft", "repetitions": 3, "batch": 2}
+    found = canonical_times.study(config, tmp_path)
+    one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
+    assert found["seconds"] == {"1": one, "2": one}
+    assert found["config"]["batch"] == 2
+
+
+def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
+    """Clocks on which every call takes longer than the one before, as on a machine that grows busier."""
+    monkeypatch.setattr(canonical_regimes, "paper_rows", lambda name: paper_rows(name)[:2])
+    arguments = Places().arguments(canonical_regimes.study, "figure-6")
+    arguments["config"] |= {"accuracy": "draft"}
+    arguments["canonical_times"]["seconds"] = dict.fromkeys("12", dict.fromkeys(WAYS, 0.01))
+    found = canonical_regimes.study(**arguments)
+    hands = iter(np.cumsum(np.arange(10_000.0) ** 2).tolist())
+    for name in ("perf_counter", "process_time", "monotonic"):
+        monkeypatch.setattr(time, name, lambda: next(hands))
+    again = canonical_regimes.study(**arguments)
+    assert json.dumps(again, default=np.ndarray.tolist) == json.dumps(found, default=np.ndarray.tolist)
+    assert found["summary"]["median_keras_call_seconds"] == 0.01
+    row = paper_rows("canonical_protocols")[0]
+    theirs = {"solver": row["bem_seconds"], "surrogate": row["surrogate_seconds"]}
+    assert found["regimes"][0]["paper_seconds"] == theirs
+
+
+def test_published_seconds_cover_all_protocols_and_are_summed_up_by_medians(tmp_path):
+    regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}} for seconds in (0.1, 1.0, 100.0)]
+    found = canonical_regimes.summary(regimes)
+    assert (found["median_solver_seconds"], found["orders_of_magnitude"]) == pytest.approx((1, 1))
+    with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
+        Places(tmp_path, tmp_path).arguments(canonical_regimes.study, "figure-6")
+    found = Places().read("canonical_times", "figure-6")
+    assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
+    assert all(set(one) == set(WAYS) for one in found["seconds"].values())
+
+
+def test_edge_velocity_of_a_known_history():
+    time = np.linspace(0.0, 2.0, 41)
+    history = types.SimpleNamespace(
+        time=time,
+        force=10.0 - (time - 1.0) ** 2,
+        contact_radius=3.0 - 0.7 * (time - 1.0) - 0.2 * (time - 1.0) ** 2,
+        unloading=np.ones(41, dtype=bool),
+        pull_off_time=time[20],
+        pull_off_force=10.0,
+    )
+    assert persson_brener.edge_velocity(history, 0.01) == pytest.approx(0.7)
+
+
+def test_lengths_agree_with_the_papers_and_deviations_are_summed_up():
+    beta_over_gap = np.sqrt(3.24 * 100.0)
+    assert theory.length_scale(3.24) == pytest.approx(4.252, rel=1e-3)
+    assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
+    found = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
+    assert found["solver_against_theory_median_percent"] == pytest.approx(10.0)
+    assert found["solver_against_theory_largest_percent"] == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
+def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_to, beyond, monkeypatch):
+    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
+    monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
+    monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
+    found = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
+    assert found["extrapolation_percent"] == pytest.approx(beyond)
+
+
+POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
+
+
+def test_solver_follows_theory_and_the_table_of_crack_velocities():
+    protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
+    assert len(protocols) == 14
+    trajectory = Case.of(protocols[7]).simulated("standard")
+    own = persson_brener.edge_velocity(trajectory, 0.01) * persson_brener.beta_over_length_scale(3.24)
+    assert own == pytest.approx(protocols[7]["crack_velocity"], rel=0.05)
+    assert trajectory.pull_off_force / 1.5 == pytest.approx(float(theory.effective_energy(own, 0.1)), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "what", "value"),
+    [
+        ("start-force", "force at the start, mu = 0.2", 1.5063),
+        ("influence-scaling", "exact", 12.0),
+        ("concatenation-point", "after the last block", 228_993),
+        ("concatenation-point", "before the first block", 229_185),
+        ("inference-time", "median of the table (s)", 0.16),
+        ("halving", "half of 3.125 (%)", 1.5625),
+        ("quartile-mean", "mean of the quartile means", 5.128e-4),
+        ("concatenation-superiority", "of these with concatenation best", 2),
+        ("percent-mse", "highlights, as a bare number", 5e-4),
+        ("longest-pull-off-time", "duration of the slowest loading", 1068.6),
+    ],
+)
+def test_slips_come_to(name, what, value):
+    assert SLIPS[name]()[what] == pytest.approx(value, rel=1e-3)
+
+
+def test_the_papers_history_sum_is_of_first_order_ours_of_second():
+    found = SLIPS["history-sum"]()
+    for reading in ("appendix's sum", "increments at the ends of steps"):
+        assert found[f"{reading}, step 0.1"] / found[f"{reading}, step 0.05"] == pytest.approx(2.0, rel=0.1)
+    ours = [found[f"linear traction in each step, step {step}"] for step in (0.1, 0.05)]
+    assert ours[0] / ours[1] == pytest.approx(4.0, rel=0.1)

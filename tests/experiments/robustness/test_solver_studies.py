@@ -1,0 +1,179 @@
+"""The studies of the solver: beside another revision, at named extremes, at large Tabor parameters, and soaks."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem import ForceProtocol, LoadingProtocol
+from bem.reference_solutions import jkr
+from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.robustness import bench_solver, hard_case_map, random_scenes
+from experiments.robustness.bench_solver import ROOT, compared, solved
+from experiments.robustness.hard_case_map import relative_change
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        *(({"accuracy": [words]}, "accuracy must be 'draft'") for words in ("fine", "0", "nan")),
+        ({"baseline": Path("/nowhere")}, "baseline must be a checkout with the package `bem`; received '/nowhere'"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_before_anything_runs(options, said):
+    with pytest.raises(ValueError, match=said):
+        bench_solver.study(**options)
+
+
+def test_a_solver_of_its_own_answers_or_has_no_results(tmp_path):
+    stiff = rows_of(drawn("stiff", 6, 1))
+    found = solved(ROOT, [*stiff, stiff[0] | {"tabor": -1.0}], "draft")
+    assert (found[:, 0] > 0.0).all()
+    assert np.isfinite(found[:, 1:]).all(axis=1).tolist() == [True] * 6 + [False]
+    assert [pull_off > 0.0 for pull_off in found[:6, 1]] == [row["adhesion"] > 0.0 for row in stiff]
+    with pytest.raises(RuntimeError, match=r"the solver must come from '/nowhere'; received "):
+        solved(Path("/nowhere"), stiff, "draft")
+
+
+def test_two_solvers_take_turns_and_are_compared_where_both_completed(monkeypatch):
+    """Seconds, pull-off force and hysteresis of four scenes, of which each solver leaves another one."""
+    said = {
+        "old": [(1.0, 1.0, 2.0), (10.0, 1.0, 2.0), (1.0, np.nan, np.nan), (1.0, 1.0, 2.0)],
+        "new": [(5.0, 1.1, 2.0), (5.0, 1.1, 2.0), (5.0, 1.1, 2.0), (5.0, np.nan, np.nan)],
+    }
+    asked = []
+
+    def answer(source, *_):
+        asked.append(source)
+        return np.add(said[source], [1.0 if asked.count(source) == 1 else 0.0, 0.0, 0.0])
+
+    monkeypatch.setattr(bench_solver, "solved", answer)
+    cells = compared(["old", "new"], [{}] * 4, "draft", 2, np.tile([1.0, 2.0], (4, 1)))
+    assert asked == ["old", "new", "new", "old"]
+    assert cells[:4] == ["3.25e+03 / 5e+03", f"{10.0 / 11.0:.3f}", "5.00", "1 / 1"]
+    assert cells[4:] == ["0, 0, 0 / 10, 10, 10", "0, 0, 0 / 0, 0, 0"]
+    assert compared(["old", "new"], [{}] * 4, "draft", 1, None)[4:] == ["", ""]
+
+
+def test_samples_are_elastic_beyond_the_box_and_stiff_with_and_without_adhesion():
+    elastic, beyond, stiff = (drawn(where, 40, 11) for where in ("elastic", "beyond", "stiff"))
+    assert (elastic["modulus_ratio"] == 1.0).all()
+    assert (beyond["modulus_ratio"] < 1.0).all()
+    assert (elastic["tabor"] == beyond["tabor"]).all()
+    assert (beyond["peak_indentation"] <= 200.0 * beyond["tabor"] ** -1.5).all()
+    assert set(stiff["adhesion"]) == {0.0, 1.0}
+    assert stiff["modulus_ratio"].max() < 0.3
+
+
+def test_extremes():
+    named = hard_case_map.extremes()
+    assert len(named) == 19
+    for scene, protocol in named.values():
+        if isinstance(protocol, LoadingProtocol):
+            assert protocol.peak_indentation > protocol.start(scene.tabor)
+    assert hard_case_map.creeping(3.2, 0.05, 1.0).indentations[3] == jkr.fold_indentation(3.2) + 0.05
+    found = hard_case_map.compared(*named["snap-in and snap-off, elastic"])
+    assert (found["status"], found["refined_status"], found["jumps"]) == ("completed", "completed", 2)
+    assert found["energy"] > 0.0
+    assert found["change"] < min(4e-3, found["coarse"]["draft"]["change"])
+    assert set(found["coarse"]) == {"draft", "0.05"}
+    assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())
+    found = hard_case_map.compared(*named["stiff glass without adhesion"])
+    assert found["change"] == found["coarse"]["draft"]["change"] == 0.0  # there is no pull-off force
+    assert relative_change(1.0, 0.0) == np.inf
+    assert relative_change(1.02, 1.0) == pytest.approx(0.02)
+
+
+def test_scenes_lie_in_their_classes_and_a_simple_one_hardly_changes_under_refinement():
+    rows = random_scenes.large(30, seed=1)
+    for name, bounds in (("tabor", random_scenes.TABORS), ("rate", random_scenes.RATES)):
+        assert all(bounds[0] <= row[name] <= bounds[-1] for row in rows)
+    assert {row["device"] for row in rows} == set(random_scenes.DEVICES)
+    by_force = next(row for row in rows if row["device"] == "force")
+    assert isinstance(random_scenes.case(by_force)[1], ForceProtocol)
+    row = {"device": "stage", "tabor": 10.0, "rate": 0.1, "depth": 0.5, "spring": 1.0, "modulus_ratio": 1.0}
+    found = random_scenes.solved(row, refine=True)
+    assert found["status"].startswith("completed")
+    assert found["change"] < 0.02
+
+
+PEAK = np.sin(np.linspace(0.0, 3.0, 40))
+
+
+def soaked(count, beyond, folder, stiff=0):
+    return random_scenes.study_soak(count=count, beyond=beyond, stiff=stiff, jobs=1, folder=folder / "chunks")
+
+
+FLAT = np.concatenate([np.linspace(0.0, -1.0, 50)[:20], np.zeros(30)])
+
+
+@pytest.mark.parametrize(
+    ("force", "scale", "shares"),
+    [
+        (PEAK, 1.0, []),
+        (np.concatenate([PEAK[:20], PEAK[:20] - 3.0]), 1.0, []),
+        ([0.0, 0.0, 1.0, 0.2, 0.1, 0.0], 1.0, []),
+        ([0.0, 9.0, 0.0], 1.0, []),
+        (np.insert(PEAK, 10, 868.0), 1.0, [1.0]),
+        (np.insert(PEAK, 10, -0.5), 1.0, [0.76]),
+        # Rounding is no spike where there is no pull-off force.
+        (np.insert(FLAT, 40, 1e-16), 0.0, []),
+        (np.insert(FLAT, 40, 0.1), 0.0, [0.205]),
+    ],
+)
+def test_lone_spikes_are_seen_and_peaks_and_jumps_are_none(force, scale, shares):
+    assert random_scenes.lone_spikes(np.array(force), scale) == pytest.approx(shares, rel=0.01)
+
+
+def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(random_scenes, "CHUNK", 6)
+    content = soaked(48, 12, tmp_path, stiff=6)
+    inside, beyond = content["inside"], content["beyond"]
+    assert beyond["memory_growth"] is None  # too few chunks to say
+    assert inside["memory_growth"] < 0.2
+    for where in ("inside", "beyond", "stiff"):
+        found = content[where]
+        assert found["raised"] == found["silent"] == 0
+        assert found["statuses"] == {"completed": found["protocols"]}
+    monkeypatch.setattr(random_scenes, "soaked", None)
+    assert soaked(48, 12, tmp_path)["inside"] == inside
+
+
+def test_memory_grows():
+    row = {"status": "completed", "raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 1.0}
+    chunks = [{"rows": [row], "memory": size} for size in [100] * 4 + [150] * 4]
+    assert random_scenes.summary(chunks)["memory_growth"] == pytest.approx(0.5)
+
+
+def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
+    monkeypatch.setattr(random_scenes, "soaked", lambda _: {})
+
+    def kept(seed):
+        random_scenes.chunk("inside", 0, 4, seed, tmp_path)
+        return len(list(tmp_path.iterdir()))
+
+    assert [kept(1), kept(1), kept(2)] == [1, 1, 2]
+    monkeypatch.setattr(random_scenes, "ACCURACY", "draft")
+    assert kept(1) == 3
+    monkeypatch.setattr(random_scenes, "SOLVER_VERSION", "another")
+    assert kept(1) == 4
+
+
+def test_soak_sees_exceptions(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(Case, "run", broken)
+    found = random_scenes.soaked(rows_of(drawn("inside", 1, 0))[0])
+    assert found["raised"]
+    assert found["status"] == "ZeroDivisionError: division by zero"
+
+
+@pytest.mark.slow
+def test_one_percent_of_the_soak(tmp_path, monkeypatch):
+    monkeypatch.setattr(random_scenes, "CHUNK", 25)
+    content = soaked(1000, 200, tmp_path)
+    for where in ("inside", "beyond"):
+        assert content[where]["statuses"] == {"completed": content[where]["protocols"]}
+        assert content[where]["silent"] == 0
+        assert content[where]["memory_growth"] < 0.05
