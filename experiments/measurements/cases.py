@@ -104,13 +104,13 @@ def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
     return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
 
 
-def drawn(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
+def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
     """Columns of random protocols: 'inside' the paper's box, 'beyond' it, 'elastic' (beyond), or 'stiff'.
 
     Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
     """
     ranges = {"beyond": BEYOND, "elastic": BEYOND, "stiff": STIFF}.get(where, {})
-    columns = Design("log-uniform", ranges).protocols(count, seed)
+    columns = Design(design, ranges).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, MODULUS_RATIO)
     if where in ("beyond", "elastic"):
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)

@@ -1,10 +1,10 @@
-"""Difficult cases of the solver: named extremes, most of them far beyond the paper's box.
+"""Difficult cases of the solver: the paper's box, far beyond it, and named extremes.
 
-Each is simulated at standard accuracy and again with a quarter of the target error. The study reports how the
+Each case is simulated at standard accuracy and again with a quarter of the target error. The study reports how the
 simulation ended, steps, jumps, seconds, the change of pull-off force and work under refinement, and the energy balance:
 the work of the closed loop over the integral of |P d(delta)|, which is never negative in a solid that cannot create
-energy. They are also run at coarser accuracies, at which a solver fails first. Random protocols, inside the box and
-beyond it, are those of `experiments.robustness.random_scenes`.
+energy. The extremes are also run at coarser accuracies, at which a solver fails first. Random protocols are drawn as in
+`experiments.robustness.random_scenes`, inside the box and beyond it.
 """
 
 from typing import Any
@@ -16,7 +16,8 @@ from bem.accuracy import resolve_accuracy
 from bem.effects import IndentationProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import jkr
-from experiments.measurements.harness import progress
+from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, progress
 
 ACCURACY = "standard"
 REFINEMENT = 4.0
@@ -77,32 +78,48 @@ def relative_change(value: float, reference: float) -> float:
 
 
 def compared(scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
-    """Status, cost and results of one case, their change under refinement, and what the coarser accuracies give."""
-    target = resolve_accuracy(ACCURACY).target / REFINEMENT
-    found, fine, *others = (simulate(scene, protocol, accuracy) for accuracy in (ACCURACY, target, *COARSER))
-    both, exact = found.completed and fine.completed, fine.pull_off_force
-    coarse = {
-        str(accuracy): {"status": one.status, "change": relative_change(one.pull_off_force, exact)}
-        for accuracy, one in zip(COARSER, others, strict=True)
-    }
-    return {
-        "status": found.status,
-        "refined_status": fine.status,
-        "pull_off_force": found.pull_off_force,
-        "refined_pull_off_force": exact,
-        "change": relative_change(found.pull_off_force, exact) if both else np.nan,
-        "work_change": abs(found.work() - fine.work()) / fine.turnover() if both else np.nan,
-        "energy": found.work() / found.turnover() if found.completed else np.nan,
-        "end_over_pull_off": found.end_force / found.pull_off_force if found.pull_off_force else np.nan,
-        "jumps": len(found.jumps),
-        "steps": found.stats.steps,
-        "seconds": found.stats.seconds,
-        "coarse": coarse,
-    }
-
-
-def study() -> dict[str, Any]:
-    """Simulate the extremes."""
+    """Status, cost and results of one case at both accuracies, and the change of the results."""
     simulate(Scene(0.2, StandardLinearSolid(0.1)), ramp(2.0, 1.0, 0.1, 1.0), "draft")  # loads the kernels, untimed
-    named = [{"name": name, **compared(*case)} for name, case in progress(extremes().items(), "extremes")]
-    return {"accuracy": ACCURACY, "refinement": REFINEMENT, "extremes": named}
+    target = resolve_accuracy(ACCURACY).target / REFINEMENT
+    coarse, fine = (simulate(scene, protocol, accuracy) for accuracy in (ACCURACY, target))
+    both = coarse.completed and fine.completed
+    return {
+        "status": coarse.status,
+        "refined_status": fine.status,
+        "pull_off_force": coarse.pull_off_force,
+        "refined_pull_off_force": fine.pull_off_force,
+        "change": relative_change(coarse.pull_off_force, fine.pull_off_force) if both else np.nan,
+        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "energy": coarse.work() / coarse.turnover() if coarse.completed else np.nan,
+        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.pull_off_force else np.nan,
+        "jumps": len(coarse.jumps),
+        "steps": coarse.stats.steps,
+        "seconds": coarse.stats.seconds,
+    }
+
+
+def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
+    """One named extreme, compared with its refinement and at the coarser accuracies."""
+    found = compared(scene, protocol)
+    runs = {str(accuracy): simulate(scene, protocol, accuracy) for accuracy in COARSER}
+    exact = found["refined_pull_off_force"]
+    coarse = {
+        key: {"status": one.status, "change": relative_change(one.pull_off_force, exact)} for key, one in runs.items()
+    }
+    return {"name": name, **found, "coarse": coarse}
+
+
+def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
+    """Simulate random protocols inside the box, as many beyond it, and the extremes."""
+    points = [
+        {"where": where, **row} for where in ("inside", "beyond") for row in rows_of(drawn(where, count, seed, "sobol"))
+    ]
+    # The most expensive cases run first, so that the other cores do not wait for the last one.
+    points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
+    cases = [Case.of(point) for point in points]
+    tasks = [(case.scene, case.protocol) for case in cases]
+    found = in_parallel(compared, tasks, jobs=jobs, label="random protocols")
+    rows = [{**point, **one} for point, one in zip(points, found, strict=True)]
+    rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
+    named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
+    return {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}

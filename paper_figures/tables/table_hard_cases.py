@@ -1,4 +1,4 @@
-"""Table: the solver at named extremes, and random protocols over the paper's box and far beyond it in the soak.
+"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak.
 
 The table reads the measurement of `experiments.robustness.hard_case_map`, and the soak of
 `experiments.robustness.random_scenes` if there is one.
@@ -11,30 +11,44 @@ from bem.trajectory import is_completed
 from paper_figures.style.writing import Table, caption, number, percent
 
 
-def _coarse(row: dict[str, Any], accuracy: str) -> str:
-    found = row["coarse"][accuracy]
+def _extreme(rows: list[dict[str, Any]], key: str, worst: Callable[[list[float]], float] = max) -> float:
+    values = [row[key] for row in rows if row[key] is not None]
+    return float(worst(values)) if values else float("nan")
+
+
+def _counted(rows: list[dict[str, Any]], key: str) -> str:
+    if len(rows) == 1:
+        return rows[0][key]
+    return f"{sum(is_completed(row[key]) for row in rows)} of {len(rows)} completed"
+
+
+def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
+    if len(rows) > 1 or "coarse" not in rows[0]:
+        return "-"
+    found = rows[0]["coarse"][accuracy]
     return percent(found["change"]) if is_completed(found["status"]) else found["status"]
 
 
-def _known(value: float | None) -> float:
-    return float("nan") if value is None else value
-
-
-COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "Status": lambda row: row["status"],
-    "Status, refined": lambda row: row["refined_status"],
-    "Jumps": lambda row: str(row["jumps"]),
-    "Change of pull-off force (%)": lambda row: percent(_known(row["change"])),
-    "Change, draft (%)": lambda row: _coarse(row, "draft"),
-    "Change, 0.05 (%)": lambda row: _coarse(row, "0.05"),
-    "Change of work (%)": lambda row: percent(_known(row["work_change"])),
-    "Work over turnover": lambda row: number(_known(row["energy"]), 2),
-    "End over pull-off force": lambda row: number(_known(row["end_over_pull_off"]), 2),
-    "Steps": lambda row: str(row["steps"]),
-    "Time (s)": lambda row: number(row["seconds"], 2),
+COLUMNS: dict[str, Callable[[list[dict[str, Any]]], str]] = {
+    "Status": lambda rows: _counted(rows, "status"),
+    "Status, refined": lambda rows: _counted(rows, "refined_status"),
+    "Jumps": lambda rows: number(_extreme(rows, "jumps")),
+    "Change of pull-off force (%)": lambda rows: percent(_extreme(rows, "change")),
+    "Change, draft (%)": lambda rows: _coarse(rows, "draft"),
+    "Change, 0.05 (%)": lambda rows: _coarse(rows, "0.05"),
+    "Change of work (%)": lambda rows: percent(_extreme(rows, "work_change")),
+    "Work over turnover": lambda rows: number(_extreme(rows, "energy", min), 2),
+    "End over pull-off force": lambda rows: number(_extreme(rows, "end_over_pull_off"), 2),
+    "Steps": lambda rows: number(_extreme(rows, "steps"), 5),
+    "Time (s)": lambda rows: number(_extreme(rows, "seconds"), 2),
 }
-"""Column heads, and functions that write the cell of one case."""
+"""Column heads, and functions that write the cell of one case, or of the worst of several."""
 HEADER = ["Case", *COLUMNS]
+
+
+def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
+    """One row of the table."""
+    return [name, *(cell(rows) for cell in COLUMNS.values())]
 
 
 def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
@@ -60,9 +74,11 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
 
 
 def compose(hard_case_map: Any, soak: Any = None) -> Table:
-    """Write the extremes, and the soak."""
+    """Write the worst of the random protocols, the extremes, and the soak."""
     content = hard_case_map
-    rows = [[row["name"], *(cell(row) for cell in COLUMNS.values())] for row in content["extremes"]]
+    groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
+    rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
+    rows += [row_of(row["name"], [row]) for row in content["extremes"]]
     soaked = " `make measure-soak` has not been run."
     if soak is not None:
         rows += soak_rows(soak)

@@ -4,12 +4,11 @@ from paper_figures.report import limits
 
 
 def test_limits_are_counted_and_compared():
-    rows = [{"change": change} for change in (0.0041, 0.03, 0.0039)]
-    text = limits.hard_cases_text({"accuracy": "standard", "extremes": rows})
-    assert text.startswith("2 of 3 named extremes at `standard` (0.4 %)")
-    assert text.endswith("at most by 3.0 %")
-    text = limits.hard_cases_text({"accuracy": "standard", "extremes": rows[2:]})
-    assert text.startswith("none of 1 named extremes")
+    changes = {"inside": (0.001, 0.002), "beyond": (0.0041, 0.03, 0.0039)}
+    rows = [{"where": where, "change": change} for where, found in changes.items() for change in found]
+    text = limits.hard_cases_text({"accuracy": "standard", "map": rows})
+    assert text.startswith("2 of 3 random cases far beyond it at `standard` (0.4 %)")
+    assert text.endswith("at most by 3.0 %; none of 2 inside")
     runs = [{"wall": 9.0, "processor": 8.0}, {"wall": 5.0, "processor": 8.0}]
     text = limits.campaign_text({"runs": runs, "count": 2000, "start": {"command": 0.3, "worker": 0.5}})
     assert text.startswith("1.80 times over 2,000 trajectories of 4 ms")
