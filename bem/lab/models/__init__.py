@@ -1,11 +1,13 @@
 """The ladder of models of a force curve, from the simplest on."""
 
-from bem.lab.models import elastic, solver, ting
+from bem.lab.models import solver, theories
 from bem.lab.models.model import CONTACT_POINT, Jump, Model, Parameter, Path, setup_of
 
-LADDER: dict[str, Model] = {each.name: each for each in (*elastic.MODELS, *ting.MODELS, solver.MODEL)}
+LADDER: dict[str, Model] = {each.name: each for each in (*theories.MODELS, solver.MODEL)}
 UNITS = {each.name: each.unit for model in LADDER.values() for each in (*model.parameters, CONTACT_POINT)}
-UNITS |= {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
+LINEAR = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
+"""What enters a fit linearly, with any model, and its units."""
+UNITS |= LINEAR
 """Of the parameters of all models, and of what enters a fit linearly."""
 
-__all__ = ["CONTACT_POINT", "LADDER", "UNITS", "Jump", "Model", "Parameter", "Path", "setup_of"]
+__all__ = ["CONTACT_POINT", "LADDER", "LINEAR", "UNITS", "Jump", "Model", "Parameter", "Path", "setup_of"]

@@ -7,7 +7,7 @@ from bem import Elastic, StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.models import CONTACT_POINT, LADDER, Path, setup_of
 from bem.lab.models.model import straight_lines
-from bem.lab.models.ting import pressed
+from bem.lab.models.theories import pressed
 from bem.reference_solutions import maugis_dugdale
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
