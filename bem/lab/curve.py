@@ -210,8 +210,7 @@ class ForceCurve(Tabular):
 
         from bem.plots import STRETCHED, Top, draw_curve
 
-        columns = self.columns()
-        units = {name: EngFormatter(column.unit) for name, column in columns.items()}
+        units = {name: EngFormatter(unit) for name, unit in _UNITS.items()}
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
@@ -220,7 +219,7 @@ class ForceCurve(Tabular):
         top = Top(self.time[at], self.indentation[at], self.force[at], words, self.detached)
         labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}
-        shown = {name: columns[name].values for name in labels}
+        shown = {name: getattr(self, name) for name in labels}
         marked = top if self.tension[at] > 0.0 else None
         return draw_curve(shown, corners, labels, over_time=over_time, top=marked, units=units.__getitem__)
 

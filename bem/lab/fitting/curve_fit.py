@@ -142,13 +142,9 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
 
 
 def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force.
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on.
 
-    Args:
-        data: the curve.
-        start: modulus and contact point to begin with.
-        weighted: distance from the contact point, in m, within which points count less, in proportion to it, as
-            nanite weights them; zero weighs all alike.
+    Points nearer to the contact point than `weighted` (m) count less, in proportion to it, as nanite weights them.
     """
     depth = data.depth
     number = np.arange(depth.size)

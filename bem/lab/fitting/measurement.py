@@ -96,7 +96,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
     place, index = prescribed_path(curve, setup), contact.index
     once = np.maximum.accumulate(curve.time + 1e-12 * np.ptp(curve.time) * np.arange(len(curve)))
-    all_columns = curve.time, place, curve.tension, np.gradient(_smooth(place), once)
+    all_columns: tuple[FloatArray, ...] = (curve.time, place, curve.tension, np.gradient(_smooth(place), once))
     steps = np.diff(once)
     changes = np.abs(np.log(steps[1:] / steps[:-1]))
     # Most steps of a solver differ from the one before, and some are far longer than most, as no instrument's are.

@@ -149,15 +149,9 @@ def result_of(
     windows: Sequence[float],
     said: Sequence[str],
 ) -> FitResult:
-    """The result of a climb.
+    """The result of a climb: of the best of a ladder, with the union of its intervals and those of models alike.
 
-    Args:
-        curve: the measurement.
-        best: the model chosen.
-        ladder: all that were fitted.
-        alike: models that the curve does not tell from it; the intervals are the union of theirs.
-        windows: moduli over windows of depth, where no model is adequate.
-        said: sentences that come first.
+    `windows` are moduli over windows of depth, where no model is adequate, and `said` are sentences that come first.
     """
     intervals, correlations = best.intervals()
     loose = [name for name in best.names if _is_loose(best, name, intervals[name])]

@@ -13,6 +13,7 @@ from bem.lab.fitting import ALL, FitError, guess_setup, simulated
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from experiments.robustness.lab_coverage import drawn_curve
+from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time
 
 
@@ -81,7 +82,7 @@ def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_b
     assert result.values["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
 
 
-@pytest.mark.parametrize("model", ["hertz", "cone", "dmt", "jkr", "ting"])
+@pytest.mark.parametrize("model", CLASSES)
 def test_each_class_of_closed_forms_is_recognised(model):
     """Five curves a class: that nine truths of ten lie inside their intervals is one failure in thirty."""
     inside = []
