@@ -43,7 +43,6 @@ Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
 LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
-FREE = "Parameters of the model to fit, separated by commas; by default all."
 WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
 ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
 HELD = "An entry of the materials library, or prony:C1@T1,C2@T2,... with times in seconds, whose relaxation is held."
@@ -173,7 +172,7 @@ def fit_curve(
     within: Range = None,
     weight_near: Annotated[str, option(WEIGHT)] = "0",
     half_angle: Annotated[float | None, option(ANGLE)] = None,
-    free: Annotated[Text, option(FREE)] = None,
+    free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
     modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
     work_of_adhesion: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
     poisson_ratio: Poisson = None,

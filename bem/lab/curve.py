@@ -15,15 +15,23 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from bem._support.tabular import Column, Tabular
-from bem._support.validation import FloatArray, finite_vector
+from bem._support.validation import FloatArray, finite_number, finite_vector, instance
 from bem.lab.contact_point import Contact, find_contact
-from bem.lab.units import ForceSign, Quantity, readable, require_sign
+from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 _BAND = ("force_lower", "force_upper")
+_UNITS = {
+    "time": "s",
+    "indentation": "m",
+    "force": "N",
+    "contact_radius": "m",
+    "stage": "m",
+    **dict.fromkeys(_BAND, "N"),
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -69,9 +77,8 @@ class ForceCurve(Tabular):
                 f"time must not decrease; received {self.time[back[0]]:g} s followed by {self.time[back[0] + 1]:g} s"
             )
 
-    @classmethod
+    @staticmethod
     def read(
-        cls,
         path: str | Path | Sequence[str | Path],
         *,
         stiffness: Quantity | None = None,
@@ -80,11 +87,46 @@ class ForceCurve(Tabular):
         speed: Quantity | None = None,
         number: int | None = None,
     ) -> ForceCurve:
-        """Read a measured curve; see `bem.lab.reading.read`."""
-        from bem.lab.reading import read
+        """Read a measured curve; `bem.lab.reading` says how columns are named.
 
-        found = read(path, stiffness=stiffness, force_sign=force_sign, columns=columns, speed=speed, number=number)
-        return cls(**found, force_sign=force_sign)  # type: ignore[arg-type]  # the required columns are there
+        Args:
+            path: A CSV file, an AFM file, or approach and retract as two CSV files.
+            stiffness: Of cantilever or machine, in N/m. It turns the stage's displacement into indentation:
+                displacement minus compression over stiffness. Required where the file has no indentation.
+            force_sign: Which force the file counts as positive.
+            columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
+            speed: Of the stage, in m/s, for files without time.
+            number: Of the curve, from 0, in a file of several.
+
+        Returns:
+            The curve in SI, in the sign `force_sign`; its stage and contact radius where they are known.
+
+        Raises:
+            ValueError: the file holds several curves and no `number` is given, a column is missing, a unit does not
+                fit, a number cannot be read, or the force grows the wrong way.
+            FileNotFoundError: there is no such file.
+        """
+        from bem.lab.reading import raw_curves
+
+        require_sign(force_sign)
+        spring, rate = (
+            None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
+            for name, value in (("stiffness", stiffness), ("speed", speed))
+        )
+        parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
+        paths = [Path(instance("path", part, (str, Path))) for part in parts]
+        where = " and ".join(map(str, paths))
+        if len({part.resolve() for part in paths}) < len(paths):
+            raise ValueError(f"the files of one curve must be different; received {where}")
+        curves = raw_curves(paths, spring, force_sign, columns or {})
+        if number is None and len(curves) > 1:
+            raise ValueError(
+                f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
+                f"{len(curves)} of them (`bem fit-map` fits all)"
+            )
+        if not 0 <= (number or 0) < len(curves):
+            raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")
+        return ForceCurve(**curves[number or 0].columns(where, rate, force_sign))
 
     def __len__(self) -> int:
         return len(self.time)
@@ -139,11 +181,8 @@ class ForceCurve(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
-        units = {"time": "s", "indentation": "m", "force": "N", "contact_radius": "m", "stage": "m"}
-        columns = {
-            name: Column(getattr(self, name), unit) for name, unit in (units | dict.fromkeys(_BAND, "N")).items()
-        }
-        return {name: column for name, column in columns.items() if column.values is not None}
+        known = {name: Column(getattr(self, name), unit) for name, unit in _UNITS.items()}
+        return {name: column for name, column in known.items() if column.values is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
@@ -159,8 +198,7 @@ class ForceCurve(Tabular):
 
     def summary(self) -> dict[str, Any]:
         """Pull-off force in N, hysteresis in J, which force is positive, and of a prediction the pull-off interval."""
-        names = ("pull_off_force", "hysteresis", "force_sign")
-        found = {name: getattr(self, name) for name in names}
+        found = {name: getattr(self, name) for name in ("pull_off_force", "hysteresis", "force_sign")}
         return found if self.pull_off_interval is None else found | {"pull_off_interval": list(self.pull_off_interval)}
 
     def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
@@ -172,8 +210,7 @@ class ForceCurve(Tabular):
 
         from bem.plots import STRETCHED, Top, draw_curve
 
-        columns = self.columns()
-        units = {name: EngFormatter(column.unit) for name, column in columns.items()}
+        units = {name: EngFormatter(unit) for name, unit in _UNITS.items()}
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
@@ -182,7 +219,7 @@ class ForceCurve(Tabular):
         top = Top(self.time[at], self.indentation[at], self.force[at], words, self.detached)
         labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}
-        shown = {name: columns[name].values for name in labels}
+        shown = {name: getattr(self, name) for name in labels}
         marked = top if self.tension[at] > 0.0 else None
         return draw_curve(shown, corners, labels, over_time=over_time, top=marked, units=units.__getitem__)
 

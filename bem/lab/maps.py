@@ -20,7 +20,7 @@ from bem._support.validation import instance
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting import FitError, fit, guess_setup
 from bem.lab.models import UNITS
-from bem.lab.reading import AfmCurve, load_afm
+from bem.lab.reading import RawCurve, load_afm
 from bem.lab.units import Quantity, to_si
 from bem.materials import Elastic, PronySeries
 
@@ -125,12 +125,12 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
     return [{name: kinds[name](text) for name, text in row.items()} for row in csv.DictReader(lines[1:])]
 
 
-def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Row, options: Row) -> Row:
+def _row(path: str, number: int, curve: RawCurve, speed: float | None, known: Row, options: Row) -> Row:
     row: Row = dict.fromkeys(COLUMNS, np.nan)
     row |= {"file": path, "number": number, "model": "", "adequate": "", "reason": ""}
     row["x"], row["y"] = curve.position
     try:
-        measured = ForceCurve(**curve.columns(speed, path), force_sign="compression")  # type: ignore[arg-type]
+        measured = ForceCurve(**curve.columns(path, speed))
         found = fit(measured, guess_setup(measured, **known), **options)
     except (ValueError, FitError) as error:
         return row | {"reason": str(error)}
@@ -157,8 +157,7 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
 
     from bem.plots import COLOURS, PULL_OFF
 
-    places = np.array([(row["x"], row["y"]) for row in rows])
-    values = np.array([row[quantity] for row in rows])
+    places, values = np.array([(row["x"], row["y"]) for row in rows]), np.array([row[quantity] for row in rows])
     words, failed = quantity.replace("_", " "), ~np.isfinite(values)
     figure = Figure(figsize=(5.2, 4.2), layout="constrained")
     axes = figure.subplots()
@@ -174,11 +173,10 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
             axis.set(major_formatter=EngFormatter("m"), major_locator=MaxNLocator(4))
     else:
         lowest = 0.0 if failed.all() else float(np.nanmin(values))
-        places = np.column_stack([np.arange(len(rows)), np.full(len(rows), lowest)])
+        places = np.column_stack([np.arange(len(rows)), np.where(failed, lowest, values)])
         axes.plot(places[:, 0], values, "o", color=COLOURS["solver"])
         axes.set(xlabel="curve", ylabel=words)
         axes.yaxis.set_major_formatter(EngFormatter(UNITS[quantity]))
-        places[:, 1] = np.where(failed, lowest, values)
     doubtful = np.array([row["adequate"] == "no" for row in rows]) & ~failed
     for chosen, marker, label in ((failed, "x", "no fit"), (doubtful, ".", "no adequate model")):
         if chosen.any():

@@ -1,4 +1,4 @@
-"""Read the columns of measured force curves: CSV files whose columns name their units, and the formats of afmformats.
+"""Read measured force curves: CSV files whose columns name their units, and the formats of afmformats.
 
 A column is a name and a unit: `force (nN)`, `force [nN]`, `force/nN` or `force_nN`. Known names are time, indentation
 or depth, displacement or position (of the stage, positive towards the sample), height (of the stage, positive away from
@@ -22,93 +22,26 @@ from zipfile import ZipFile, is_zipfile
 import numpy as np
 
 from bem._support.text_files import csv_rows, read_text
-from bem._support.validation import FloatArray, finite_number, instance
+from bem._support.validation import FloatArray
 from bem._support.wording import shown
-from bem.lab.units import ForceSign, Quantity, factor, require_sign, to_si
-
-TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
+from bem.lab.units import ForceSign, factor
 
 INSTALL = "pip install 'contact-trajectories[lab]'"
 
+_TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 _NAMES = {"t": "time", "depth": "indentation", "position": "displacement", "stage": "displacement", "piezo": "height"}
 _NAMES |= {"load": "force"}
 _NAMES |= {name: name for name in ("time", "indentation", "displacement", "height", "force", "contact_radius")}
 _LONGEST_TITLE = 200  # the time of a search grows with the square of it
-_DIMENSION = {"time": "time", "force": "force"}
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+)|_([^\s_]+))?\s*")
 _MOST_BYTES = 2**31  # of an AFM file, unpacked: most formats are archives
 _HEIGHTS = ("height (measured)", "height (piezo)")
 
-Columns = dict[str, FloatArray | None]
-
-
-def read(
-    path: str | Path | Sequence[str | Path],
-    *,
-    stiffness: Quantity | None = None,
-    force_sign: ForceSign = "tension",
-    columns: Mapping[str, str] | None = None,
-    speed: Quantity | None = None,
-    number: int | None = None,
-) -> Columns:
-    """Read the columns of a force curve.
-
-    Args:
-        path: A CSV file, an AFM file, or approach and retract as two CSV files.
-        stiffness: Of cantilever or machine, in N/m. It turns the stage's displacement into indentation: displacement
-            minus compression over stiffness. Required where the file has no indentation.
-        force_sign: Which force the file counts as positive.
-        columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
-        speed: Of the stage, in m/s, for files without time.
-        number: Of the curve, from 0, in a file of several.
-
-    Returns:
-        Time, indentation, force, and where they are known stage and contact radius, in SI, in the sign `force_sign`.
-
-    Raises:
-        ValueError: the file holds several curves and no `number` is given, a column is missing, a unit does not fit, a
-            number cannot be read, or the force grows the wrong way.
-        FileNotFoundError: there is no such file.
-    """
-    require_sign(force_sign)
-    spring, rate = (
-        None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
-        for name, value in (("stiffness", stiffness), ("speed", speed))
-    )
-    parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
-    paths = [Path(instance("path", part, (str, Path))) for part in parts]
-    where = " and ".join(map(str, paths))
-    if len({part.resolve() for part in paths}) < len(paths):
-        raise ValueError(f"the files of one curve must be different; received {where}")
-    curves: list[AfmCurve] = []
-    if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
-        curves = load_afm(paths[0], spring)
-    else:
-        try:
-            found = _joined(paths, columns or {})
-        except ValueError:
-            # Instruments write text of their own, which afmformats may know.
-            with suppress(ValueError):
-                curves = load_afm(paths[0], spring) if len(paths) == 1 else []
-            if not curves:
-                raise
-        else:
-            found["force"] = found["force"] if force_sign == "compression" else -found["force"]
-            curves = [AfmCurve(found, spring)]
-    if number is None and len(curves) > 1:
-        raise ValueError(
-            f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
-            f"{len(curves)} of them (`bem fit-map` fits all)"
-        )
-    if not 0 <= (number or 0) < len(curves):
-        raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")
-    return curves[number or 0].columns(rate, where, force_sign)
-
 
 @dataclass(frozen=True)
-class AfmCurve:
-    """One curve of an AFM file, in SI, compression positive."""
+class RawCurve:
+    """What a file holds of one curve, in SI, compression positive."""
 
     quantities: dict[str, FloatArray]
     stiffness: float | None
@@ -118,8 +51,12 @@ class AfmCurve:
     position: tuple[float, float] = (np.nan, np.nan)
     """Of the curve in a map, in m; NaN where the file has none."""
 
-    def columns(self, speed: float | None, where: str, force_sign: ForceSign = "compression") -> Columns:
-        """What `read` returns of it."""
+    def columns(self, where: str, speed: float | None = None, force_sign: ForceSign = "compression") -> dict[str, Any]:
+        """Of a `ForceCurve`; `speed` (m/s) replaces the file's own, and `where` names it in messages.
+
+        Raises:
+            ValueError: a column, the stiffness or the speed is missing, or the force grows the wrong way.
+        """
         found, compression = self.quantities, self.quantities["force"]
         stage = found.get("displacement", -found["height"] if "height" in found else None)
         path = found.get("indentation", stage)
@@ -144,11 +81,29 @@ class AfmCurve:
             time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))]) / speed
         _check_sign(depth, compression, force_sign, where)
         force = compression if force_sign == "compression" else -compression
-        further = {"contact_radius": found.get("contact_radius"), "stage": stage}
+        further = {"contact_radius": found.get("contact_radius"), "stage": stage, "force_sign": force_sign}
         return {"time": time, "indentation": depth, "force": force, **further}
 
 
-def load_afm(path: Path, stiffness: float | None) -> list[AfmCurve]:
+def raw_curves(
+    paths: Sequence[Path], stiffness: float | None, force_sign: ForceSign, columns: Mapping[str, str]
+) -> list[RawCurve]:
+    """All curves of an AFM file, or the one of text files; see `ForceCurve.read`."""
+    if len(paths) == 1 and paths[0].suffix.lower() not in _TEXT_FILES:
+        return load_afm(paths[0], stiffness)
+    try:
+        found = _joined(paths, columns)
+    except ValueError:
+        # Instruments write text of their own, which afmformats may know.
+        with suppress(ValueError):
+            if len(paths) == 1 and (curves := load_afm(paths[0], stiffness)):
+                return curves
+        raise
+    found["force"] = found["force"] if force_sign == "compression" else -found["force"]
+    return [RawCurve(found, stiffness)]
+
+
+def load_afm(path: Path, stiffness: float | None) -> list[RawCurve]:
     """Read all force curves of an AFM file.
 
     afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
@@ -186,7 +141,7 @@ def load_afm(path: Path, stiffness: float | None) -> list[AfmCurve]:
         ) from error
 
 
-def _converted(curve: Any, stiffness: float | None, path: Path) -> AfmCurve:
+def _converted(curve: Any, stiffness: float | None, path: Path) -> RawCurve:
     names = ("force", "time", *_HEIGHTS, "tip position")
     found = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
     if "force" not in found:
@@ -205,9 +160,8 @@ def _converted(curve: Any, stiffness: float | None, path: Path) -> AfmCurve:
             "the spring constant"
         )
     x, y = (float(curve.metadata.get(f"position {axis}", np.nan)) for axis in "xy")
-    return AfmCurve(
-        quantities, spring if "height" in quantities else None, speed if np.isfinite(speed) else None, (x, y)
-    )
+    spring_used, speed_known = spring if "height" in quantities else None, speed if np.isfinite(speed) else None
+    return RawCurve(quantities, spring_used, speed_known, (x, y))
 
 
 def _check_sign(indentation: FloatArray, compression: FloatArray, force_sign: ForceSign, where: str) -> None:
@@ -257,8 +211,17 @@ def _quantities(path: Path, columns: Mapping[str, str]) -> dict[str, FloatArray]
             raise ValueError(f"Expected one column {name}; received several in {path}")
         if not unit:
             raise ValueError(f"a column must name its unit, such as 'force (nN)'; received {shown(title)} in {path}")
-        scale = factor(f"column {shown(title)} of {path}", unit, _DIMENSION.get(name, "length"))
-        found[name] = scale * _numbers(rows, number, title, path)
+        dimension = name if name in ("time", "force") else "length"
+        scale, values = factor(f"column {shown(title)} of {path}", unit, dimension), np.full(len(rows), np.nan)
+        for line, row in enumerate(rows):
+            with suppress(ValueError, IndexError):
+                values[line] = float(row[number])
+            if not np.isfinite(values[line]):
+                received = shown(row[number]) if number < len(row) else "nothing"
+                raise ValueError(
+                    f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
+                )
+        found[name] = scale * values
     return found
 
 
@@ -292,16 +255,3 @@ def _parsed(title: str) -> tuple[str | None, str]:
         return "contact_radius", ""
     unit = next((group.strip() for group in match.groups()[1:] if group), "")
     return _NAMES.get(match[1].strip().lower().replace(" ", "_")), unit
-
-
-def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> FloatArray:
-    values = np.full(len(rows), np.nan)
-    for line, row in enumerate(rows):
-        with suppress(ValueError, IndexError):
-            values[line] = float(row[number])
-        if not np.isfinite(values[line]):
-            received = shown(row[number]) if number < len(row) else "nothing"
-            raise ValueError(
-                f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
-            )
-    return values

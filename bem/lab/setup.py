@@ -329,18 +329,16 @@ class Setup:
                 EffectiveRangeWarning,
                 stacklevel=3,
             )
+        interval, radius = getattr(trajectory, "pull_off_interval", None), trajectory.contact_radius
         bands: dict[str, Any] = {name: getattr(trajectory, name, None) for name in ("force_lower", "force_upper")}
-        interval = getattr(trajectory, "pull_off_interval", None)
-        radius = trajectory.contact_radius * self.contact_radius_scale
-        bands = {name: None if band is None else band * self.force_scale for name, band in bands.items()}
         curve = ForceCurve(
             time=trajectory.time * self.time_scale,
             indentation=trajectory.indentation * self.indentation_scale,
             force=trajectory.force * self.force_scale,
-            contact_radius=radius if np.all(np.isfinite(radius)) else None,
+            contact_radius=radius * self.contact_radius_scale if np.all(np.isfinite(radius)) else None,
             stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
             pull_off_interval=interval and (interval[0] * self.force_scale, interval[1] * self.force_scale),
-            **bands,
+            **{name: band * self.force_scale for name, band in bands.items() if band is not None},
         )
         return curve.with_sign(force_sign)
 
@@ -359,8 +357,7 @@ class Setup:
         if isinstance(history, PiecewiseLinearProtocol):
             depths = history.indentations * self.gap / longer.gap
             moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
-        pairs = (self, history), (longer, moved)
-        found, other = (simulate(each.scene(), path, "draft") for each, path in pairs)
+        found, other = simulate(self.scene(), history, "draft"), simulate(longer.scene(), moved, "draft")
         if isinstance(history, ForceProtocol):
             change = other.indentation.max() * longer.gap / (found.indentation.max() * self.gap) - 1.0
         else:

@@ -47,8 +47,7 @@ def curve_of(path: Path, number: int, curve: Any) -> dict[str, Any]:
     """What the fit says of one curve."""
     found: dict[str, Any] = {"file": path.name, "number": number}
     try:
-        columns = curve.columns(None, path.name)
-        measured = ForceCurve(**columns, force_sign="compression")  # type: ignore[arg-type]
+        measured = ForceCurve(**curve.columns(path.name))
         setup = guess_setup(measured, radius=RADIUS)
         with CLOCK:
             best = fit(measured, setup)

@@ -161,7 +161,7 @@ def complete(
 
 
 def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> Value:
-    """Add the scaled channels of a feature set, and return them, float32 of shape `(batch, steps, channels)`.
+    """Add the scaled channels of a feature set.
 
     The inputs of the graph are `times`, `indentations` and `edge` of shape `(batch, steps)`, and `tabor` of shape
     `(batch,)`. Set F also needs `RATIO`. All is computed in double precision, as `surrogate.data.features` does.
@@ -170,6 +170,9 @@ def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = Fa
         graph: The graph.
         scaling: The scaling, which names the feature set.
         with_tabor: Whether the scaled Tabor parameter is one more channel, the last one.
+
+    Returns:
+        The channels, float32 of shape `(batch, steps, channels)`.
     """
     columns = []
     for name in channel_names(scaling.features):

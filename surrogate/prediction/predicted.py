@@ -167,6 +167,9 @@ def predicted_trajectory(
         unloading_from: Index of the first point of unloading.
         seconds: Wall-clock time of the prediction, in seconds.
         more: What `PredictedTrajectory` has beside `bem.Trajectory`, by name.
+
+    Returns:
+        The trajectory, with the interface of `bem.Trajectory`.
     """
     return PredictedTrajectory(
         time=times,

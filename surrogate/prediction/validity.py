@@ -249,7 +249,7 @@ def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
 def history_quantities(
     times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the quantities of histories that `excesses` checks, by name, each of shape `(batch,)`.
+    """Return the quantities of histories that `excesses` checks.
 
     A quantity of a phase that a history does not have is NaN.
 
@@ -258,6 +258,9 @@ def history_quantities(
         indentations: Indentations of the same shape.
         edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known. By
             default, and for a history without one or two marks, the dwell is the longest run of constant indentation.
+
+    Returns:
+        Arrays of shape `(batch,)` by the name of the quantity.
     """
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]

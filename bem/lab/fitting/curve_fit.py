@@ -22,15 +22,14 @@ from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
-from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
+from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
-from bem.lab.models import CONTACT_POINT, LADDER, Model, setup_of
+from bem.lab.models import CONTACT_POINT, LADDER, LINEAR, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
 from bem.materials import PronySeries
 
-LINEAR = ("force_offset", "tilt", "drag")
 ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
 AUTO = "auto"
 
@@ -88,46 +87,39 @@ def fit(
         raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
-    if free is not None and model == AUTO:
-        model = "solver"
-    names = (free,) if isinstance(free, str) else free
-    chosen = None if names is None else _checked(LADDER[model], tuple(names))
+    if free is not None:
+        model = "solver" if model == AUTO else model
+        free = (free,) if isinstance(free, str) else tuple(free)
+        names = [each.name for each in (*LADDER[model].parameters, CONTACT_POINT)]
+        unknown = [name for name in free if name not in (*names, *LINEAR)]
+        if unknown or not set(free) & set(names):
+            raise ValueError(
+                f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt and drag; "
+                f"received {shown(unknown[0] if unknown else ', '.join(free))}"
+            )
     data = measurement_of(curve, setup, segment)
     start = hertz_line(data)
     if within is not None:
         data = _within(data, within, start["contact_point"])
-    climb = Climb(data, start, chosen, accuracy, report)
+    climb = Climb(data, start, free, accuracy, report)
     try:
         best = climb.climb() if model == AUTO else climb.rung(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    setup, sentences = setup_of(best.values, data.path.setup), []
-    if best.model.name == "solver" and setup.range_is_effective and best.adequate:
+    sentences, windows, zero = [], [], False
+    if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
-    windows: list[float] = []
     if not best.adequate and setup.half_angle is None:
         windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
-    hertz = best
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
-    zero = hertz.criterion(best) < best.criterion(best)
+        zero = hertz.criterion(best) < best.criterion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
-    result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
+    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), windows, sentences)
     if zero:  # the ends of the contact are chosen, which finds a little adhesion in any noise
         result.intervals["work_of_adhesion"] = (0.0, result.intervals["work_of_adhesion"][1])
     return result
-
-
-def _checked(model: Model, free: tuple[str, ...]) -> tuple[str, ...]:
-    names = [each.name for each in (*model.parameters, CONTACT_POINT)]
-    unknown = [name for name in free if name not in (*names, *LINEAR)]
-    if unknown or not set(free) & set(names):
-        raise ValueError(
-            f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt and drag; received "
-            f"{shown(unknown[0] if unknown else ', '.join(free))}"
-        )
-    return free
 
 
 def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
@@ -135,7 +127,7 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
     given = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]]
     try:
         ends = [to_si("range", end, "length") for end in given]
-        values = data.depth - (contact_point - data.path.place[data.first])
+        values = data.depth - (contact_point - data.place[data.first])
     except ValueError:
         ends, values = [to_si("range", end, "force") for end in given], data.baseline - data.tension
     if not ends[0] < ends[1]:
@@ -150,17 +142,13 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
 
 
 def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force.
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on.
 
-    Args:
-        data: the curve.
-        start: modulus and contact point to begin with.
-        weighted: distance from the contact point, in m, within which points count less, in proportion to it, as
-            nanite weights them; zero weighs all alike.
+    Points nearer to the contact point than `weighted` (m) count less, in proportion to it, as nanite weights them.
     """
     depth = data.depth
     number = np.arange(depth.size)
-    away = np.abs(data.path.place - start["contact_point"])
+    away = np.abs(data.place - start["contact_point"])
     near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
     found = []
     for share in WINDOWS:
@@ -176,19 +164,18 @@ def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float
 
 @dataclass
 class Climb:
-    """The rungs that were fitted to one curve: `fits` are the solutions, `rungs` what is told of them."""
+    """The models that were fitted to one curve, in this order."""
 
     data: Measurement
     start: dict[str, float]
     free: tuple[str, ...] | None = None
     accuracy: str | float = "standard"
     report: Callable[[int, float], None] | None = None
-    rungs: list[Rung] = field(default_factory=list)
     fits: dict[str, Fitted] = field(default_factory=dict)
 
     def climb(self) -> Fitted:
         """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
-        if self.data.path.setup.half_angle is not None:
+        if self.data.setup.half_angle is not None:
             return self.rung("cone")
         hertz = self.rung("hertz")
         for name in ("dmt", "jkr"):
@@ -220,8 +207,7 @@ class Climb:
         if best.model.name not in _TWINS or not set(_TWINS) <= set(names):
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
-        tabor = setup_of(best.values, self.data.path.setup).physical_tabor
-        return self.fits["dmt" if tabor < 1.0 else "jkr"]
+        return self.fits["dmt" if best.setup.physical_tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
         """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better."""
@@ -229,7 +215,7 @@ class Climb:
         families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
         names = next((each for each in families if best.model.name in each), ())
         # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
-        between = 0.1 < setup_of(best.values, self.data.path.setup).physical_tabor < 5.0
+        between = 0.1 < best.setup.physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
         others = [each for name, each in self.fits.items() if name in names and each is not best]
         least = best.criterion(judge)
@@ -238,31 +224,28 @@ class Climb:
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
         begin = time.process_time()
-        model = LADDER[name]
-        held = MEMORY if isinstance(self.data.path.setup.material, PronySeries) and name == "solver" else ()
+        model, data, setup = LADDER[name], self.data, self.data.setup
+        held = MEMORY if isinstance(setup.material, PronySeries) and name == "solver" else ()
         nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
         guesses = self._start(model)
         start = {each: guesses[each] for each in nonlinear}
-        counted = self.data.weights > 0.0
-        several = (each for each in LINEAR[1:] if np.ptp(np.sign(self.data.columns[each][counted])) > 0.0)
-        linear: tuple[str, ...] = ("force_offset", *several)
+        signs = {each: np.sign(data.columns[each][data.weights > 0.0]) for each in LINEAR}
+        linear = tuple(each for each in LINEAR if each == "force_offset" or np.ptp(signs[each]) > 0.0)
         if self.free is not None:
-            setup = self.data.path.setup
             known = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
             start |= {each: known[each] for each in nonlinear if each not in self.free and known.get(each) is not None}
             nonlinear = tuple(each for each in nonlinear if each in self.free)
             linear = tuple(each for each in LINEAR if each in self.free)
-        problem = Regression(model, self.data, start, nonlinear, linear, report=self.report)
+        problem = Regression(model, data, start, nonlinear, linear, report=self.report)
         if name == "solver":
-            problem.options = {"jumps": self.data.jumps}
-            starts = memories(start, self.data.duration) if set(MEMORY) <= set(nonlinear) else [start]
+            problem.options = {"jumps": data.jumps}
+            starts = memories(start, data.duration) if set(MEMORY) <= set(nonlinear) else [start]
             found = search(problem, starts, self.accuracy)
         else:
             found = problem.run(np.zeros(len(nonlinear)))
             found = followed(found)[0] if name == "maugis" else found
-        self.fits[name] = found
-        self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
-        return found
+        self.fits[name] = dataclasses.replace(found, seconds=time.process_time() - begin)
+        return self.fits[name]
 
     def _closest(self) -> Fitted:
         """The rung of the smallest misfit."""
@@ -273,7 +256,7 @@ class Climb:
         hertz, pull = self.fits.get("hertz"), 2.0 if model.name == "dmt" else 1.5
         start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
         largest = float(np.max(self.data.tension[self.data.weights > 0.0])) - self.data.baseline
-        start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.path.setup.radius)
+        start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
         if model.name == "maugis" and "jkr" in self.fits:
@@ -285,6 +268,6 @@ class Climb:
         """Whether the residuals of an elastic rung hold the trace of a memory."""
         data, slight = self.data, fitted.values | {"modulus_ratio": _SLIGHT}
         relaxed = [slight | {"retardation_time": share * data.duration} for share in _MEMORIES]
-        tensions = np.column_stack([LADDER["ting"].tension(each, data.path) for each in relaxed])
-        changes = tensions - LADDER["hertz"].tension(fitted.values, data.path)[:, None]
+        tensions = np.column_stack([LADDER["ting"].tension(each, data) for each in relaxed])
+        changes = tensions - LADDER["hertz"].tension(fitted.values, data)[:, None]
         return fitted.calls_for(changes * (data.weights / data.noise)[:, None])

@@ -37,10 +37,9 @@ _PLACES = 80  # of the contact point that are tried
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
-    """An averaged curve of n points, in SI, positive in tension."""
+class Measurement(Path):
+    """An averaged curve of n points along its path, in SI, positive in tension."""
 
-    path: Path
     tension: FloatArray
     weights: FloatArray
     """One for a point that counts and zero for one that does not, shape (n,)."""
@@ -64,20 +63,19 @@ class Measurement:
     @property
     def depth(self) -> FloatArray:
         """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
-        indentation = self.path.place + (self.tension - self.baseline) * self.path.compliance
+        indentation = self.place + (self.tension - self.baseline) * self.compliance
         return indentation - indentation[self.first]
 
     @property
     def one_way(self) -> bool:
         """Whether no point of the retraction counts: adhesion and relaxation bend an approach alike."""
-        place = self.path.place
-        back = place[self.top :] < place.max() - _TOP * np.ptp(place)
+        back = self.place[self.top :] < self.place.max() - _TOP * np.ptp(self.place)
         return not self.weights[self.top :][back].any()
 
     @property
     def duration(self) -> float:
         """From first contact to the end, in s."""
-        return float(self.path.time[-1] - self.path.time[self.first])
+        return float(self.time[-1] - self.time[self.first])
 
 
 def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -> Measurement:
@@ -99,12 +97,13 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     place, index = prescribed_path(curve, setup), contact.index
     once = np.maximum.accumulate(curve.time + 1e-12 * np.ptp(curve.time) * np.arange(len(curve)))
     all_columns: tuple[FloatArray, ...] = (curve.time, place, curve.tension, np.gradient(_smooth(place), once))
-    if _in_steps_of_a_solver(once):
+    steps = np.diff(once)
+    changes = np.abs(np.log(steps[1:] / steps[:-1]))
+    # Most steps of a solver differ from the one before, and some are far longer than most, as no instrument's are.
+    if np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps):
         even = np.linspace(once[0], once[-1], MOST)
-        all_columns, index = (
-            tuple(np.interp(even, once, each) for each in all_columns),
-            int(np.searchsorted(even, once[index])),
-        )
+        index = int(np.searchsorted(even, once[index]))
+        all_columns = tuple(np.interp(even, once, each) for each in all_columns)
     size = -(-len(all_columns[0]) // MOST)
     starts = np.arange(0, len(all_columns[0]), size)
     counts = np.diff(np.append(starts, len(all_columns[0])))
@@ -118,7 +117,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
     rest = tension[:quiet] - line(place[:quiet])
     white = quiet >= 8 and rest[1:] @ rest[:-1] < _SEEN / np.sqrt(quiet) * (rest @ rest)
-    noise, correlated = (float(np.std(rest)), 1.0) if quiet >= 8 else (noise_of(tension), 1.0)
+    noise, correlated = float(np.std(rest)) if quiet >= 8 else noise_of(tension), 1.0
     if quiet > _SLOWEST:
         basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
         correlated = max(slow_noise(rest, basis)[0] / max(noise**2, 1e-300), 1.0)
@@ -128,16 +127,10 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     # A mean over a jump is neither force; the points on either side of it do not count.
     for jump in jumps:
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
-    path, weights = Path(time, place, setup), counted.astype(float)
-    noise = max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
-    return Measurement(path, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps)
-
-
-def _in_steps_of_a_solver(time: FloatArray) -> bool:
-    """Whether most steps (n,) differ from the one before, and some are far longer than most, as no instrument's are."""
-    steps = np.diff(time)
-    changes = np.abs(np.log(steps[1:] / steps[:-1]))
-    return bool(np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps))
+    weights, noise = counted.astype(float), max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
+    return Measurement(
+        time, place, setup, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps
+    )
 
 
 def whitening(residuals: FloatArray) -> FloatArray:
@@ -225,7 +218,7 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
 
 def hertz_line(data: Measurement) -> dict[str, float]:
     """Modulus and contact point by which Hertz's force, a line in depth^(3/2), misses the approach least."""
-    setup, depth = data.path.setup, data.depth
+    setup, depth = data.setup, data.depth
     counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
     depth, tension = depth[counted], data.tension[counted]
     deepest = float(depth.max())
@@ -242,5 +235,5 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     modulus = -0.75 * slope / np.sqrt(setup.radius) * (1.0 - setup.poisson_ratio**2)
     return {
         "relaxed_modulus": float(np.clip(modulus, 2.0, 5e11)),
-        "contact_point": float(data.path.place[data.first] + places[best]),
+        "contact_point": float(data.place[data.first] + places[best]),
     }

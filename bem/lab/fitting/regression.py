@@ -7,6 +7,7 @@ residuals are smallest, and the two points on either side of each end, between w
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,8 +21,9 @@ from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
 from bem.lab.fitting.measurement import Measurement, slow_noise, whitening
-from bem.lab.models import CONTACT_POINT, Model, Parameter
+from bem.lab.models import CONTACT_POINT, Model, Parameter, setup_of
 from bem.lab.models.solver import NoContactError
+from bem.lab.setup import Setup
 
 CONFIDENCE = 0.95
 ADEQUATE = 1.5
@@ -41,8 +43,7 @@ class Regression:
         free: those that SciPy moves; the others keep the value of `start`.
         linear: names of `Measurement.columns` that are solved for.
         options: of the model's `tension`.
-        stride: change of a transformed parameter, relative to its scale, for derivatives by central differences, which
-            a rough model asks for; zero takes one-sided ones over the model's own.
+        central: whether derivatives are central differences, which a rough model asks for, and not one-sided ones.
     """
 
     model: Model
@@ -51,7 +52,7 @@ class Regression:
     free: tuple[str, ...]
     linear: tuple[str, ...] = ("force_offset",)
     options: dict = field(default_factory=dict)
-    stride: float = 0.0
+    central: bool = False
     evaluations: int = 0
     report: Callable[[int, float], None] | None = None
 
@@ -59,8 +60,10 @@ class Regression:
         self.parameters: dict[str, Parameter] = {each.name: each for each in (*self.model.parameters, CONTACT_POINT)}
         depth = float(np.ptp(self.data.depth[self.data.first :]))
         pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
-        size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.path.setup.radius)}
+        size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.setup.radius)}
         self.unit = {name: size.get(name, 1.0) for name in self.free}
+        ends = ({name: getattr(each, end) for name, each in self.parameters.items()} for end in ("low", "high"))
+        self.bounds: tuple[FloatArray, ...] = tuple(map(self.point, ends))
         columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
         self.length = np.linalg.norm(columns, axis=0)
         self.columns = columns / self.length
@@ -68,7 +71,7 @@ class Regression:
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
         # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
-        place, time = self.data.path.place, self.data.path.time
+        place, time = self.data.place, self.data.time
         far = place < 0.5 * (place[0] + place[self.data.first])
         for jump in self.data.jumps:  # a neck may reach as far
             far &= ~((time >= time[self.data.first]) & (time < jump.time))
@@ -96,7 +99,7 @@ class Regression:
         asked = x.tobytes(), self.options.get("accuracy")
         if asked not in self.known:
             self.evaluations += 1
-            self.known[asked] = self.model.tension(self.values(x), self.data.path, **self.options)
+            self.known[asked] = self.model.tension(self.values(x), self.data, **self.options)
             if len(self.known) > _REMEMBERED:
                 self.known.pop(next(iter(self.known)))
         return self.known[asked]
@@ -125,11 +128,11 @@ class Regression:
         here = self.tension(x)
         weights = np.append(self.weights * self.inside / self.data.noise, np.ones(here.size - len(self)))
         low, high = self.bounds
-        step = self.stride or self.model.difference
+        step = self.model.difference
         columns = []
         for i, direction in enumerate(np.eye(x.size)):
             ahead = step if x[i] + step <= high[i] else 0.0
-            back = step if not ahead or (self.stride and x[i] - step >= low[i]) else 0.0
+            back = step if not ahead or (self.central and x[i] - step >= low[i]) else 0.0
             try:
                 after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:
@@ -148,26 +151,17 @@ class Regression:
         found[: len(self)] -= basis @ (basis.T @ found[: len(self)])
         return found
 
-    @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Of the search."""
-        low = self.point({name: each.low for name, each in self.parameters.items()})
-        return low, self.point({name: each.high for name, each in self.parameters.items()})
-
     def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
         """Least squares from a point."""
         low, high = self.bounds
-        inside = np.clip(x, low + 1e-9, high - 1e-9)
-        found = least_squares(
-            self.residuals, inside, jac=self.jacobian, bounds=(low, high), max_nfev=evaluations,
-            ftol=closeness, xtol=closeness, gtol=1e-12,
-        )  # fmt: skip
+        how = {"bounds": (low, high), "max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
+        found = least_squares(self.residuals, np.clip(x, low + 1e-9, high - 1e-9), self.jacobian, **how)
         return self.fitted(found.x, found.status > 0)
 
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
-            turned, tilt = self.data.path.place - self.values(x)["contact_point"], self.linear.index("tilt")
+            turned, tilt = self.data.place - self.values(x)["contact_point"], self.linear.index("tilt")
             self.length[tilt] = np.linalg.norm(turned)
             self.columns[:, tilt] = turned / self.length[tilt]
         self.tension(x)  # raises where there is no contact
@@ -176,10 +170,10 @@ class Regression:
         columns[: len(self)] = self.columns * self.length * (self.weights / self.data.noise)[:, None]
         jacobian = np.column_stack([self.derivatives(x), columns])
         low, high = self.bounds
-        at_bound = tuple(name for i, name in enumerate(self.free) if x[i] - low[i] < _EDGE or high[i] - x[i] < _EDGE)
-        linear = dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
+        at_bound = tuple(itertools.compress(self.free, np.minimum(x - low, high - x) < _EDGE))
+        values = self.values(x) | dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
         counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
-        return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound, converged)
+        return Fitted(self, x, values, residuals, jacobian, counted, at_bound, converged)
 
     def _solved(self, rest: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
@@ -212,7 +206,7 @@ class Fitted:
     problem: Regression
     x: FloatArray
     values: dict[str, float]
-    linear: dict[str, float]
+    """Of all parameters, those that are fixed and the linear ones included, in SI."""
     residuals: FloatArray
     jacobian: FloatArray
     """By the moved parameters, and then the linear ones."""
@@ -224,11 +218,18 @@ class Fitted:
     """Whether the search ended by itself, and not after its last evaluation."""
     ends: tuple[FloatArray, FloatArray] | None = None
     """Lowest and highest values of the search that were found inside the 95 % region along a bent valley."""
+    seconds: float = 0.0
+    """Processor time of all of the search."""
 
     @property
     def model(self) -> Model:
         """Which was fitted."""
         return self.problem.model
+
+    @property
+    def setup(self) -> Setup:
+        """The setup with the fitted values."""
+        return setup_of(self.values, self.problem.data.setup)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -336,6 +337,6 @@ class Fitted:
         floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
         intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
         for name, each in zip(names[free:], spread[free:], strict=True):
-            intervals[name] = (self.linear[name] - each, self.linear[name] + each)
+            intervals[name] = (self.values[name] - each, self.values[name] + each)
         rows = zip(names, correlation.tolist(), strict=True)
         return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}

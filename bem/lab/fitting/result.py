@@ -15,7 +15,7 @@ from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.fitting.regression import ADEQUATE, CONFIDENCE, Fitted
-from bem.lab.models import LADDER, UNITS, Path, setup_of
+from bem.lab.models import LADDER, LINEAR, UNITS, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
@@ -76,27 +76,21 @@ class FitResult:
 
     def summary(self) -> str:
         """Values with intervals, noise, the ladder, and what is not determined."""
-        lines = [f"{'model':17} {LADDER[self.model].title}"]
+        setup, rows = self.setup, [("model", LADDER[self.model].title)]
         for name, value in self.values.items():
-            unit = UNITS[name]
-            low, high = (readable(bound, unit) for bound in self.intervals[name])
-            kind = "95 %:" if self.adequate else "over depth:"
-            between = f"{kind} {low} to {high}" if np.isfinite(self.intervals[name]).any() else "no interval"
-            lines.append(f"{name:17} {readable(value, unit):>14}   {between}")
-        lines.append(f"{'noise':17} {readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline")
+            low, high = (readable(bound, UNITS[name]) for bound in self.intervals[name])
+            between = f"{'95 %' if self.adequate else 'over depth'}: {low} to {high}"
+            between = between if np.isfinite(self.intervals[name]).any() else "no interval"
+            rows.append((name, f"{readable(value, UNITS[name]):>14}   {between}"))
+        rows.append(("noise", f"{readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline"))
         if "work_of_adhesion" in self.values:
-            lines.append(f"{'contact':17} {self.setup.regime} (Tabor parameter {self.setup.physical_tabor:.3g})")
-        if self.model == "solver" and self.setup.range_is_effective:
-            lines.append(
-                f"{'effective range':17} {readable(self.setup.gap, 'm'):>14}   Tabor parameter {self.setup.tabor:.3g}"
-            )
+            rows.append(("contact", f"{setup.regime} (Tabor parameter {setup.physical_tabor:.3g})"))
+        if self.model == "solver" and setup.range_is_effective:
+            rows.append(("effective range", f"{readable(setup.gap, 'm'):>14}   Tabor parameter {setup.tabor:.3g}"))
         for rung in self.ladder:
-            known = [
-                (name, value) for name, value in rung.values.items() if name not in ("force_offset", "tilt", "drag")
-            ]
-            found = ", ".join(f"{name} {readable(value, UNITS[name])}" for name, value in known)
-            lines.append(f"{'  ' + rung.model:17} misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {found}")
-        return "\n".join([*lines, *self.sentences])
+            known = [f"{name} {readable(rung.values[name], UNITS[name])}" for name in rung.values if name not in LINEAR]
+            rows.append((f"  {rung.model}", f"misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {', '.join(known)}"))
+        return "\n".join([*(f"{name:17} {text}" for name, text in rows), *self.sentences])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
@@ -150,20 +144,14 @@ class FitResult:
 def result_of(
     curve: ForceCurve,
     best: Fitted,
-    ladder: Sequence[Rung],
+    ladder: Sequence[Fitted],
     alike: Sequence[Fitted],
     windows: Sequence[float],
     said: Sequence[str],
 ) -> FitResult:
-    """The result of a climb.
+    """The result of a climb: of the best of a ladder, with the union of its intervals and those of models alike.
 
-    Args:
-        curve: the measurement.
-        best: the model chosen.
-        ladder: all that were fitted.
-        alike: models that the curve does not tell from it; the intervals are the union of theirs.
-        windows: moduli over windows of depth, where no model is adequate.
-        said: sentences that come first.
+    `windows` are moduli over windows of depth, where no model is adequate, and `said` are sentences that come first.
     """
     intervals, correlations = best.intervals()
     loose = [name for name in best.names if _is_loose(best, name, intervals[name])]
@@ -176,7 +164,7 @@ def result_of(
         spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
         intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
     data = best.problem.data
-    path = Path(curve.time, prescribed_path(curve, data.path.setup), data.path.setup)
+    path = Path(curve.time, prescribed_path(curve, data.setup), data.setup)
     tension = _whole_tension(best, path)
     model = ForceCurve(
         time=curve.time,
@@ -184,12 +172,12 @@ def result_of(
         force=tension,
         stage=None if path.setup.stiffness is None else path.place,
     )
-    values = {name: best.values[name] for name in best.problem.free} | best.linear
+    values = {name: best.values[name] for name in best.names}
     for name in {"force_offset", "tilt"} & values.keys() if curve.force_sign == "compression" else ():
         values[name] = -values[name]
         intervals[name] = (-intervals[name][1], -intervals[name][0])
     rest = tension - curve.tension
-    counted = np.interp(curve.time, data.path.time, data.weights) > 0.5
+    counted = np.interp(curve.time, data.time, data.weights) > 0.5
     return FitResult(
         model=best.model.name,
         adequate=best.adequate,
@@ -199,13 +187,13 @@ def result_of(
         residuals=rest,
         curve=model.with_sign(curve.force_sign),
         measured=curve,
-        setup=setup_of(best.values, path.setup),
+        setup=best.setup,
         noise=float(1.4826 * np.median(np.abs(rest[counted]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
-        ladder=tuple(ladder),
+        ladder=tuple(Rung(one.model.name, one.values, one.misfit, one.seconds) for one in ladder),
         sentences=(*said, *_sentences(best, correlations, loose, alike, windows)),
-        simulations=sum(1 for rung in ladder if rung.model == "solver") and best.problem.evaluations,
+        simulations=best.problem.evaluations if any(one.model.name == "solver" for one in ladder) else 0,
     )
 
 
@@ -215,10 +203,10 @@ def _whole_tension(best: Fitted, path: Path) -> FloatArray:
     options = {name: value for name, value in problem.options.items() if name == "accuracy"}
     tension = best.model.tension(best.values, path, **options)
     if best.model.adhesive:
-        inside = data.path.time[problem.inside]
+        inside = data.time[problem.inside]
         begin, end = (inside[0], inside[-1]) if inside.size else (np.inf, np.inf)
         tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
-    return tension + np.interp(path.time, data.path.time, problem.columns @ problem.coefficients)
+    return tension + np.interp(path.time, data.time, problem.columns @ problem.coefficients)
 
 
 def _is_loose(best: Fitted, name: str, interval: tuple[float, float]) -> bool:
@@ -242,8 +230,8 @@ def _sentences(
     windows: Sequence[float],
 ) -> list[str]:
     """What the curve leaves open, what trades off, and which assumptions of the model the values contradict."""
-    setup = setup_of(best.values, best.problem.data.path.setup)
-    depth, tabor, found = float(best.problem.data.depth.max()), setup.physical_tabor, []
+    setup, name, found = best.setup, best.model.name, []
+    depth, tabor = float(best.problem.data.depth.max()), setup.physical_tabor
     if not best.adequate:
         found.append(
             f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
@@ -265,35 +253,33 @@ def _sentences(
         )
     if not best.converged:
         found.append("The search did not converge: its evaluations were spent before the residuals stopped falling.")
-    found += [
-        f"The curve does not tell {best.model.name} from {other.model.name}: each interval is the union of both."
-        for other in alike
-    ]
-    for name in best.at_bound:
-        end = readable(best.values[name], best.problem.parameters[name].unit)
-        found.append(f"The best {name} is {'zero' if best.values[name] < 1e-9 else f'at the end of its range, {end}'}.")
-    found += [f"The curve does not determine {name}: {best.problem.parameters[name].advice} would." for name in loose]
-    found += [
-        f"The curve hardly tells {one} from {two} (correlation {correlations[one][two]:.3f}): a measured value of one "
-        "would sharpen the other."
-        for one, two in itertools.combinations(best.names, 2)
-        if abs(correlations[one][two]) > _TIED
-    ]
+    for other in alike:
+        found.append(f"The curve does not tell {name} from {other.model.name}: each interval is the union of both.")
+    for each in best.at_bound:
+        end = readable(best.values[each], UNITS[each])
+        found.append(f"The best {each} is {'zero' if best.values[each] < 1e-9 else f'at the end of its range, {end}'}.")
+    for each in loose:
+        found.append(f"The curve does not determine {each}: {best.problem.parameters[each].advice} would.")
+    for one, two in itertools.combinations(best.names, 2):
+        if abs(correlation := correlations[one][two]) > _TIED:
+            found.append(
+                f"The curve hardly tells {one} from {two} (correlation {correlation:.3f}): a measured value of one "
+                "would sharpen the other."
+            )
+    deep, radius, gap = (readable(length, "m") for length in (depth, setup.radius, setup.gap))
     if setup.relaxed_modulus > _STIFFEST:
         found.append(f"Hardly a solid is as stiff as {readable(setup.relaxed_modulus, 'Pa')}: are the units right?")
     if setup.half_angle is None and depth > 0.5 * setup.radius:
-        found.append(
-            f"The depth, {readable(depth, 'm')}, is not small beside the radius, {readable(setup.radius, 'm')}."
-        )
+        found.append(f"The depth, {deep}, is not small beside the radius, {radius}.")
     if setup.half_angle is not None and depth < 2.0 * setup.radius:
-        found.append(f"The depth, {readable(depth, 'm')}, is not large beside the radius of the apex.")
-    if best.model.name == "dmt" and tabor > 0.3:
+        found.append(f"The depth, {deep}, is not large beside the radius of the apex.")
+    if name == "dmt" and tabor > 0.3:
         found.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
-    if best.model.name == "jkr" and tabor < 2.0:
+    if name == "jkr" and tabor < 2.0:
         found.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
-    if best.model.name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
+    if name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
         found.append(
-            f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the "
-            "contact dissipates over it, and a shorter one gives another time."
+            f"The retardation time belongs to the effective range, {gap}: the edge of the contact dissipates over it, "
+            "and a shorter one gives another time."
         )
     return found

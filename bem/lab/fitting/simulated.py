@@ -18,7 +18,6 @@ from scipy.interpolate import CubicSpline
 from bem._support.validation import FloatArray
 from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.fitting.regression import Fitted, Regression
-from bem.lab.models import setup_of
 from bem.lab.models.solver import NoContactError
 from bem.lab.setup import LONGER
 
@@ -45,16 +44,16 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
     problem.options |= {"accuracy": "draft", "budget": budget}
     points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
     best = _best_of_runs(problem, points[:_TRIED])
-    found_with = "draft", problem.stride
+    found_with = "draft", False
     with suppress(NoContactError):
         best = problem.run(best.x, _LONG, _CLOSENESS)
         # The solver's own error makes the misfit rough, and a search stops in a dent: central differences go on, and
         # where the curve tells it a finer accuracy.
-        problem.stride = problem.model.difference
+        problem.central = True
         tells = data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5
         problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / (_TIGHTER if tells else 1.0), TIGHTEST)
         best = problem.run(best.x, _LONG, _CLOSENESS)
-        found_with = problem.options["accuracy"], problem.stride
+        found_with = problem.options["accuracy"], True
         for _ in range(_AGAIN):
             problem.options["budget"] = None
             best, lower = followed(best)
@@ -62,8 +61,8 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
             if lower is None or budget[0] < 0.0:
                 break
             best = min(best, problem.run(lower, _LONG, _CLOSENESS), key=lambda run: run.misfit)
-    problem.options |= {"accuracy": found_with[0], "budget": None}
-    problem.stride = found_with[1]
+    problem.options["budget"] = None
+    problem.options["accuracy"], problem.central = found_with
     # A run that spends the budget has no derivatives where it ends.
     return dataclasses.replace(problem.fitted(best.x, budget[0] >= 0.0), ends=best.ends)
 
@@ -149,10 +148,8 @@ def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
 
 def bias_of_range(best: Fitted) -> str:
     """How much the solver's parameters change with a longer effective range, in words."""
-    data = best.problem.data
-    tabor = max(setup_of(best.values, data.path.setup).tabor / LONGER, 0.05)
-    path = dataclasses.replace(data.path, setup=data.path.setup.replaced(largest_tabor=tabor))
-    data = dataclasses.replace(data, path=path)
+    tabor = max(best.setup.tabor / LONGER, 0.05)
+    data = dataclasses.replace(best.problem.data, setup=best.problem.data.setup.replaced(largest_tabor=tabor))
     problem = dataclasses.replace(best.problem, data=data, start=best.values)
     other = problem.run(np.zeros(best.x.size), _SHORT, _CLOSENESS)
     changes = [

@@ -5,7 +5,9 @@ from bem.lab.models.model import CONTACT_POINT, Jump, Model, Parameter, Path, se
 
 LADDER: dict[str, Model] = {each.name: each for each in (*elastic.MODELS, *ting.MODELS, solver.MODEL)}
 UNITS = {each.name: each.unit for model in LADDER.values() for each in (*model.parameters, CONTACT_POINT)}
-UNITS |= {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
+LINEAR = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
+"""What enters a fit linearly, with any model, and its units."""
+UNITS |= LINEAR
 """Of the parameters of all models, and of what enters a fit linearly."""
 
-__all__ = ["CONTACT_POINT", "LADDER", "UNITS", "Jump", "Model", "Parameter", "Path", "setup_of"]
+__all__ = ["CONTACT_POINT", "LADDER", "LINEAR", "UNITS", "Jump", "Model", "Parameter", "Path", "setup_of"]

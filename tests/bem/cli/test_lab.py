@@ -13,75 +13,63 @@ from bem._support.command_line import run_command
 from bem.cli.app import app
 from bem.lab import ForceCurve
 from bem.lab.maps import plot_map, read_map, to_xarray
-from experiments.robustness.lab_curves import CLASSES, write_map
-from tests.bem.lab.measurement import BEAD, TRUTH, measured
+from experiments.robustness.lab_curves import write_map
+from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, measured
 from tests.processes import succeeded
 
-CONTACT = {
-    "radius": "50e-6",
-    "work-of-adhesion": "0.05",
-    "modulus": "2e6",
-    "peak-indentation": "3e-7",
-    "loading-rate": "2e-6",
-    "unloading-rate": "2e-6",
-    "retardation-time": "0.1",
-    "material": "sls:0.3",
-    "accuracy": "draft",
-}
+CONTACT = {"radius": "50e-6", "work_of_adhesion": "0.05", "modulus": "2e6", "accuracy": "draft"}
+CYCLE = {"peak_indentation": "3e-7", "loading_rate": "2e-6", "unloading_rate": "2e-6"}
+SOLID = {"retardation_time": "0.1", "material": "sls:0.3"}
 
 
-def options(*extra, **changes):
-    named = CONTACT | {name.replace("_", "-"): value for name, value in changes.items()}
-    return [word for name, value in named.items() for word in (f"--{name}", value)] + list(extra)
+def options(named):
+    """Words of options; one that is `None` is left out."""
+    given = {name.replace("_", "-"): str(value) for name, value in named.items() if value is not None}
+    return [word for name, value in given.items() for word in (f"--{name}", value)]
 
 
-def test_simulate_with_a_radius_is_in_si(tmp_path):
-    path = tmp_path / "a.csv"
-    result = succeeded(app, ["simulate", *options(csv=str(path))])
-    assert "detached         no, still attached at the end" in result.output
-    assert "the pull-off force depends on the effective range" in result.output
-    curve = ForceCurve.read(path)
+def simulated(*flags, command="simulate", **changes):
+    return succeeded(app, [command, *flags, *options(CONTACT | CYCLE | SOLID | changes)])
+
+
+def test_simulate_with_a_radius_is_in_si_and_json_on_request(tmp_path):
+    output = simulated(csv=tmp_path / "a.csv").output
+    assert "detached         no, still attached at the end" in output
+    assert "the pull-off force depends on the effective range" in output
+    curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
     assert curve.indentation.max() == pytest.approx(3e-7)
-
-
-def test_the_result_in_si_is_json_on_request(tmp_path):
-    path = tmp_path / "a.csv"
-    found = json.loads(succeeded(app, ["simulate", "--json", *options(csv=str(path))]).stdout)
-    curve = ForceCurve.read(path)
+    found = json.loads(simulated("--json").stdout)
     np.testing.assert_allclose(found["force"], curve.force, rtol=1e-8)
     assert (found["force_sign"], found["detached"]) == ("tension", False)
     assert found["pull_off_force"] == pytest.approx(curve.pull_off_force)
 
 
 def test_units_are_understood_in_the_command():
-    plain = CliRunner().invoke(app, ["simulate-si", *options()])
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
-    named = succeeded(app, ["simulate", *options(loading_rate="2um/s", retardation_time="100ms", **units)])
-    assert plain.output == named.output
+    named = simulated(loading_rate="2um/s", retardation_time="100ms", **units)
+    assert named.output == simulated(command="simulate-si").output
 
 
-def test_a_material_may_be_an_entry_of_the_library(tmp_path):
-    words = [word for word in options() if word not in ("--retardation-time", "0.1", "--material", "sls:0.3")]
-
-    def said(*more):
-        return succeeded(app, ["simulate-si", *words, *more]).output
-
-    assert said("--material", "sylgard_184") == said("--material", "elastic")
-    # Its modulus is the default.
-    words = [word for word in words if word not in ("--modulus", "2e6")]
-    assert said("--material", "sylgard_184") == said("--modulus", "2.05e6")
-    words = ["--tabor", "0.5", "--peak-indentation", "2", "--loading-rate", "10", "--unloading-rate", "10"]
-    succeeded(app, ["simulate", *words, "--material", "sylgard_184_cured_at_100c"])
+def test_a_material_may_be_an_entry_of_the_library():
+    said = [
+        simulated(retardation_time=None, material=material, modulus=modulus).output
+        for modulus, material in (
+            *(("2e6", "sylgard_184"), ("2e6", "elastic")),
+            *((None, "sylgard_184"), ("2.05e6", "elastic")),  # its modulus is the default
+        )
+    ]
+    assert (said[0], said[2]) == (said[1], said[3])
+    cycle = {"peak_indentation": "2", "loading_rate": "10", "unloading_rate": "10"}
+    succeeded(app, ["simulate", *options({"tabor": "0.5", "material": "sylgard_184_cured_at_100c"} | cycle)])
 
 
 def test_a_fit_holds_a_known_prony_series(tmp_path):
     """The relaxation is the material's; modulus and adhesion are found."""
     series = BEAD.replaced(material=PronySeries([0.7], [0.1]), retardation_time=None)
     measured(series).shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
-    words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50um", "--material", "prony:0.7@0.1"]
-    words += ["--model", "solver", "--accuracy", "draft", "--out", str(tmp_path / "fit.json")]
-    succeeded(app, words)
+    named = {"radius": "50um", "material": "prony:0.7@0.1", "model": "solver", "accuracy": "draft"}
+    succeeded(app, ["fit", str(tmp_path / "curve.csv"), *options(named | {"out": tmp_path / "fit.json"})])
     found = json.loads((tmp_path / "fit.json").read_text())["values"]
     assert "retardation_time" not in found
     assert found["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
@@ -113,8 +101,8 @@ def failed(arguments, monkeypatch, capsys):
 def test_a_contact_that_is_none_is_one_sentence_and_writes_nothing(
     tmp_path, monkeypatch, capsys, changes, status, message
 ):
-    path = tmp_path / "a.csv"
-    code, said = failed(["simulate", *options(csv=str(path), **changes)], monkeypatch, capsys)
+    named = CONTACT | CYCLE | SOLID | {"csv": tmp_path / "a.csv"} | changes
+    code, said = failed(["simulate", *options(named)], monkeypatch, capsys)
     assert code == status
     assert message in said
     assert not list(tmp_path.iterdir())
@@ -122,71 +110,60 @@ def test_a_contact_that_is_none_is_one_sentence_and_writes_nothing(
 
 def test_fit_writes_its_json_and_its_picture(tmp_path):
     measured().shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
-    out, plot = tmp_path / "fit.json", tmp_path / "fit.png"
-    words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50e-6", "--free", "work_of_adhesion,force_offset"]
-    words += ["--modulus", "2e6", "--material", "sls:0.3", "--retardation-time", "0.1", "--accuracy", "draft"]
-    result = succeeded(app, [*words, "--out", str(out), "--plot", str(plot)])
-    found = json.loads(out.read_text())
+    free = {"free": "work_of_adhesion,force_offset", "out": tmp_path / "fit.json", "plot": tmp_path / "fit.png"}
+    named = {"radius": "50e-6", "modulus": "2e6", "accuracy": "draft"} | SOLID | free
+    result = succeeded(app, ["fit", str(tmp_path / "curve.csv"), *options(named)])
+    found = json.loads((tmp_path / "fit.json").read_text())
     assert found["values"]["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
     assert f"{1e3 * found['values']['work_of_adhesion']:.4g} mJ/m^2" in result.output
-    assert plot.stat().st_size > 1000
+    assert (tmp_path / "fit.png").stat().st_size > 1000
 
 
-COLUMNS = "time (s),indentation (m)"
+LIBRARY = {"material": "sylgard_184", "retardation_time": "1s"}
 
 
 @pytest.mark.parametrize(
-    ("header", "options", "message"),
+    ("titles", "changes", "message"),
     [
-        (COLUMNS, [], "Expected a column force"),
-        (f"{COLUMNS},force (N)", [], "the curve shows no contact"),
-        (f"{COLUMNS},force (N)", ["--free", "colour"], "the curve shows no contact"),
-        (f"{COLUMNS},force (N)", ["--plot", "a.txt"], "Expected an output file called .png"),
-        (f"{COLUMNS},force (N)", ["--material", "rubber"], "or an entry of the materials library"),
-        (
-            f"{COLUMNS},force (N)",
-            ["--material", "sylgard_184", "--retardation-time", "1s"],
-            "retardation_time must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
-        ),
-        (f"{COLUMNS},force (N)", ["--out", "a.txt"], "Expected an output file called .json"),
-        (f"{COLUMNS},force (N)", ["--radius", "0"], "radius must be a finite number greater than 0"),
-        (f"{COLUMNS},force (kg)", [], "must be a force, in a unit such as N; received the unit 'kg'"),
-        ("time (s),displacement (m),force (N)", [], "Expected the stiffness"),
+        ("time (s),indentation (m)", {}, "Expected a column force"),
+        (None, {}, "the curve shows no contact"),
+        (None, {"plot": "a.txt"}, "Expected an output file called .png"),
+        (None, {"material": "rubber"}, "or an entry of the materials library"),
+        (None, LIBRARY, "must not be given with sylgard_184_cured_at_100c, whose times are in seconds"),
+        (None, {"out": "a.txt"}, "Expected an output file called .json"),
+        (None, {"radius": "0"}, "radius must be a finite number greater than 0"),
     ],
 )
 def test_a_measurement_that_is_none_is_one_sentence_and_writes_nothing(
-    tmp_path, monkeypatch, capsys, header, options, message
+    tmp_path, monkeypatch, capsys, titles, changes, message
 ):
-    path = tmp_path / "curve.csv"
+    path, header = tmp_path / "curve.csv", titles or "time (s),indentation (m),force (N)"
     time = np.linspace(0.0, 1.0, 60)
     columns = [time, np.minimum(time, 1.0 - time), 1e-9 * np.random.default_rng(0).standard_normal(60)]
     np.savetxt(path, np.column_stack(columns[: header.count(",") + 1]), delimiter=",", header=header, comments="")
-    outputs = ["--out", str(tmp_path / "fit.json"), "--plot", str(tmp_path / "fit.png")]
-    code, said = failed(["fit", str(path), "--radius", "50e-6", *outputs, *options], monkeypatch, capsys)
+    named = {"radius": "50e-6", "out": tmp_path / "fit.json", "plot": tmp_path / "fit.png"} | changes
+    code, said = failed(["fit", str(path), *options(named)], monkeypatch, capsys)
     assert code == 2
     assert message in said
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_stiffness_moves_the_stage(tmp_path):
-    path = tmp_path / "a.csv"
-    succeeded(app, ["simulate", *options(csv=str(path), stiffness="50", material="elastic")])
-    curve = ForceCurve.read(path)
+    simulated(csv=tmp_path / "a.csv", stiffness="50", material="elastic")
+    curve = ForceCurve.read(tmp_path / "a.csv")
     assert curve.stage.max() == pytest.approx(3e-7)
     np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / 50.0, atol=1e-14)
 
 
 def test_forces_in_place_of_a_cycle(tmp_path):
-    given = {name: CONTACT[name] for name in ("radius", "work-of-adhesion", "modulus", "accuracy")}
-    words = [word for name, value in given.items() for word in (f"--{name}", value)]
-    plot = tmp_path / "creep.png"
-    run = succeeded(app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5", "--plot", str(plot)])
+    plot, forces = tmp_path / "creep.png", dict.fromkeys(CYCLE) | {"times": "0,1,2", "forces": "0,-5e-6,2e-5"}
+    output = simulated(**forces, material=None, retardation_time=None, plot=plot).output
     assert plot.stat().st_size > 10_000
-    assert "pull-off force" in run.output
-    held = ["--times", "0,1,2", "--forces", "0,-5e-6,-5e-6", "--material", "sls:0.3", "--retardation-time", "1"]
-    assert "pull-off force   none" in succeeded(app, ["simulate", *words, *held]).output
-    assert "are the units right?" in succeeded(app, ["simulate", *words, "--modulus", "20", *held]).output
-    refused = CliRunner().invoke(app, ["simulate-si", *words, "--times", "0,1"])
+    assert "pull-off force" in output
+    held = forces | {"forces": "0,-5e-6,-5e-6", "retardation_time": "1"}
+    assert "pull-off force   none" in simulated(**held).output
+    assert "are the units right?" in simulated(**held, modulus="20").output
+    refused = CliRunner().invoke(app, ["simulate-si", *options(CONTACT | {"times": "0,1"})])
     assert "times and forces must be given together" in str(refused.exception)
 
 
@@ -195,10 +172,9 @@ def afm_map(path, count=3):
     pytest.importorskip("afmformats")
     curves = []
     for number in range(count):
-        rng = np.random.default_rng(number)
-        curve, _, _ = CLASSES["jkr"](rng, noise=0.005)
+        curve, _, _ = closed_form("jkr", number, noise=0.005)
         if number == 1:
-            noise = rng.standard_normal(len(curve)) * 1e-9
+            noise = np.random.default_rng(number).standard_normal(len(curve)) * 1e-9
             curve = dataclasses.replace(curve, force=noise, indentation=curve.stage + noise / curve.stiffness)
         curves.append(curve)
     write_map(path, curves)

@@ -1,9 +1,10 @@
-"""A measured curve that is made up: the solver's, with a contact point, an offset of the force and noise."""
+"""Measured curves that are made up: by the solver, with a contact point, an offset and noise, or by closed forms."""
 
 import numpy as np
 
 from bem import StandardLinearSolid, simulate
 from bem.lab import ForceCurve, Setup
+from experiments.robustness.lab_curves import CLASSES
 
 TRUTH = {
     "relaxed_modulus": 2e6,
@@ -34,3 +35,18 @@ def measured(setup=BEAD, noise=0.01, points=300, truth=TRUTH, accuracy="standard
     behind = {} if setup.stiffness is None else {"stage": place}
     depth = place if setup.stiffness is None else place + force / setup.stiffness
     return ForceCurve(time=time * setup.time_scale, indentation=depth, force=force, **behind)
+
+
+def closed_form(name, seed, noise=0.01, **changes):
+    """Curve, known setup and truth of a class of closed forms."""
+    return CLASSES[name](np.random.default_rng(seed), noise=noise, **changes)
+
+
+def loop(half):
+    """Depths from -1 to 1 and back, `half` of them each way."""
+    return np.concatenate([np.linspace(-1.0, 1.0, half), np.linspace(1.0, -1.0, half)])
+
+
+def over_time(depth, force, duration=1.0):
+    """A curve whose points are evenly spaced in time."""
+    return ForceCurve(time=np.linspace(0.0, duration, depth.size), indentation=depth, force=force)

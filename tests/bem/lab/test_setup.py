@@ -13,43 +13,43 @@ from bem.reference_solutions import jkr
 from tests.bem.lab.measurement import BEAD
 
 AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}
+TIP = Setup(**AFM)
+RELAXING = TIP.replaced(retardation_time=0.5, material=StandardLinearSolid(0.2))
+SLOW, FAST = ({"loading_rate": speed, "unloading_rate": speed} for speed in (1e-8, 2e-6))
+ELASTIC_BEAD = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6)
 
 
 def test_the_scales_are_those_of_the_paper():
-    tip = Setup(**AFM)
     modulus = 1e9 / (1 - 0.3**2)
-    assert tip.tabor == pytest.approx((20e-9 * 0.05**2 / (modulus**2 * 0.3e-9**3)) ** (1 / 3), rel=1e-12)
-    assert tip.force_scale == pytest.approx(np.pi * 20e-9 * 0.05)
-    assert tip.indentation_scale == 0.3e-9 == tip.gap
-    assert tip.contact_radius_scale == pytest.approx((20e-9**2 * 0.05 / modulus) ** (1 / 3))
-    assert tip.contact_radius_scale**2 / (tip.radius * tip.gap) == pytest.approx(tip.tabor)
-    assert not tip.range_is_effective
+    assert TIP.tabor == pytest.approx((20e-9 * 0.05**2 / (modulus**2 * 0.3e-9**3)) ** (1 / 3), rel=1e-12)
+    assert TIP.force_scale == pytest.approx(np.pi * 20e-9 * 0.05)
+    assert TIP.indentation_scale == 0.3e-9 == TIP.gap
+    assert TIP.contact_radius_scale == pytest.approx((20e-9**2 * 0.05 / modulus) ** (1 / 3))
+    assert TIP.contact_radius_scale**2 / (TIP.radius * TIP.gap) == pytest.approx(TIP.tabor)
+    assert not TIP.range_is_effective
 
 
 def test_a_simulation_in_si_is_the_dimensionless_one_times_its_scales():
-    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
-    protocol = setup.protocol(peak_indentation=2e-9, loading_rate=1e-8, dwell_time=0.1, unloading_rate=1e-8)
+    protocol = RELAXING.protocol(peak_indentation=2e-9, dwell_time=0.1, **SLOW)
     assert protocol.dwell_time == pytest.approx(0.2)
     assert protocol.loading_rate == pytest.approx(1e-8 * 0.5 / 0.3e-9)
-    curve, trajectory = setup.simulate(protocol), simulate(setup.scene(), protocol)
-    for name, scale in (("time", 0.5), ("indentation", 0.3e-9), ("force", setup.force_scale)):
+    curve, trajectory = RELAXING.simulate(protocol), simulate(RELAXING.scene(), protocol)
+    for name, scale in (("time", 0.5), ("indentation", 0.3e-9), ("force", RELAXING.force_scale)):
         np.testing.assert_allclose(getattr(curve, name), getattr(trajectory, name) * scale, rtol=1e-12)
-    np.testing.assert_allclose(curve.contact_radius, trajectory.contact_radius * setup.contact_radius_scale)
-    assert curve.pull_off_force == pytest.approx(trajectory.pull_off_force * setup.force_scale)
-    compression = setup.simulate(protocol, force_sign="compression")
+    np.testing.assert_allclose(curve.contact_radius, trajectory.contact_radius * RELAXING.contact_radius_scale)
+    assert curve.pull_off_force == pytest.approx(trajectory.pull_off_force * RELAXING.force_scale)
+    compression = RELAXING.simulate(protocol, force_sign="compression")
     np.testing.assert_array_equal(compression.force, -curve.force)
     np.testing.assert_array_equal(compression.tension, curve.tension)
     np.testing.assert_array_equal(compression.with_sign("tension").force, curve.force)
 
 
 def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
-    model = surrogate.load("fast")
-    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
-    protocol = setup.protocol(peak_indentation=6e-9, loading_rate=1e-8, dwell_time=0.1, unloading_rate=1e-8)
+    model, setup = surrogate.load("fast"), RELAXING
+    protocol = setup.protocol(peak_indentation=6e-9, dwell_time=0.1, **SLOW)
     found, curve = model.predict(setup.scene(), protocol), setup.predict(protocol, model)
-    np.testing.assert_allclose(curve.force, found.force * setup.force_scale)
-    np.testing.assert_allclose(curve.force_upper, found.force_upper * setup.force_scale)
-    assert curve.pull_off_interval == pytest.approx(np.multiply(found.pull_off_interval, setup.force_scale))
+    for name in ("force", "force_upper", "pull_off_interval"):
+        np.testing.assert_allclose(getattr(curve, name), np.multiply(getattr(found, name), setup.force_scale))
     assert curve.pull_off_interval[0] < setup.simulate(protocol).pull_off_force < curve.pull_off_interval[1]
     pressed = setup.predict(protocol, model, force_sign="compression")
     for sign in (pressed, curve.with_sign("compression")):
@@ -60,23 +60,21 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
     assert curve.to_dataframe().attrs["units"]["force_lower"] == "N"
     wide = model.predict(setup.scene(), protocol, coverage=0.98).force_upper * setup.force_scale
     np.testing.assert_allclose(setup.predict(protocol, model, coverage=0.98).force_upper, wide)
-    bead = BEAD.protocol(peak_indentation=0.3e-6, loading_rate=2e-6, dwell_time=0.1, unloading_rate=2e-6)
     with pytest.warns(EffectiveRangeWarning, match="depends on the effective range"):
-        BEAD.predict(bead, model)
+        BEAD.predict(BEAD.protocol(peak_indentation=0.3e-6, dwell_time=0.1, **FAST), model)
     with pytest.raises(ValueError, match="spring"):
         setup.replaced(stiffness=2.0).predict(protocol, model)
 
 
 def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
-    series = PronySeries([0.4, 0.2], [0.01, 1.0])
-    assert Setup(**AFM, material=series).time_scale == 1.0
-    assert Setup(**AFM, material=series, retardation_time=3.0).time_scale == 3.0
+    series = TIP.replaced(material=PronySeries([0.4, 0.2], [0.01, 1.0]))
+    assert (series.time_scale, series.replaced(retardation_time=3.0).time_scale) == (1.0, 3.0)
 
 
 def test_an_elastic_soft_sphere_is_that_of_jkr_whatever_its_effective_range():
     forces = {}
     for largest in (2.0, 3.0):
-        setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, largest_tabor=largest)
+        setup = ELASTIC_BEAD.replaced(largest_tabor=largest)
         assert setup.range_is_effective
         assert setup.tabor == pytest.approx(largest)
         assert setup.physical_tabor > 800.0
@@ -87,17 +85,13 @@ def test_an_elastic_soft_sphere_is_that_of_jkr_whatever_its_effective_range():
 
 
 def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
-    protocol = BEAD.protocol(peak_indentation=0.3e-6, loading_rate=2e-6, unloading_rate=2e-6)
-    with pytest.warns(
-        EffectiveRangeWarning, match="depends on the effective range of adhesion, 86.67 nm in place of 300 pm"
-    ):
-        BEAD.simulate(protocol, "draft")
-    slow = BEAD.protocol(peak_indentation=0.1e-6, loading_rate=2e-10, unloading_rate=2e-10)
+    words = "depends on the effective range of adhesion, 86.67 nm in place of 300 pm"
+    with pytest.warns(EffectiveRangeWarning, match=words):
+        BEAD.simulate(BEAD.protocol(peak_indentation=0.3e-6, **FAST), "draft")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        BEAD.simulate(slow, "draft")
-        tip = Setup(**AFM)
-        tip.simulate(tip.protocol(peak_indentation=1e-9, loading_rate=1e-8, unloading_rate=1e-8), "draft")
+        BEAD.simulate(BEAD.protocol(peak_indentation=0.1e-6, loading_rate=2e-10, unloading_rate=2e-10), "draft")
+        TIP.simulate(TIP.protocol(peak_indentation=1e-9, **SLOW), "draft")
 
 
 @pytest.mark.parametrize(
@@ -112,16 +106,16 @@ def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
         ({"equilibrium_gap": 1.0}, "the Tabor parameter of a setup must be at least 1e-06"),
         *(({"stiffness": value}, "stiffness must be") for value in (0.0, -1.0, np.nan, "soft")),
         ({"material": StandardLinearSolid(0.2)}, "must be given for a StandardLinearSolid; received None"),
+        ({"size": 1.0}, r"Expected quantities of a setup; received \['size'\]"),
     ],
 )
 def test_what_is_no_setup_is_one_sentence(changes, message):
     with pytest.raises(ValueError, match=message):
-        Setup(**(AFM | changes))
+        TIP.replaced(**changes)
 
 
 def test_a_simulation_that_does_not_complete_gives_no_curve():
-    setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, largest_tabor=50.0)
-    setup = dataclasses.replace(setup, material=PronySeries([0.5], [1.0]))
+    setup = ELASTIC_BEAD.replaced(largest_tabor=50.0, material=PronySeries([0.5], [1.0]))
     protocol = setup.protocol(peak_indentation=1e-6, loading_rate=1e-6, unloading_rate=1e-6)
     with pytest.raises(RuntimeError, match="the simulation did not complete: not started"):
         setup.simulate(protocol, accuracy=2e-5)
@@ -130,39 +124,38 @@ def test_a_simulation_that_does_not_complete_gives_no_curve():
 def test_quantities_can_be_replaced():
     assert BEAD.replaced(modulus_ratio=0.5, radius=1e-5).material == StandardLinearSolid(0.5)
     assert BEAD.replaced(material=Elastic()).material == Elastic()
-    with pytest.raises(ValueError, match=r"Expected quantities of a setup; received \['size'\]"):
-        BEAD.replaced(size=1.0)
+    assert TIP.replaced(stiffness=np.inf) == TIP
 
 
-def test_a_curve_checks_its_columns():
-    good = {"time": [0.0, 1.0], "indentation": [0.0, 1.0], "force": [0.0, 1.0]}
-    assert len(ForceCurve(**good)) == 2
-    for changes, message in (
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
         ({"force": [0.0]}, "force must be a one-dimensional sequence of at least 2"),
         ({"force": [0.0, 1.0, 2.0]}, "must have the same length"),
         ({"time": [1.0, 0.0]}, "time must not decrease"),
         ({"force_sign": "up"}, "force_sign must be 'tension' or 'compression'; received 'up'"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            ForceCurve(**(good | changes))
+    ],
+)
+def test_a_curve_checks_its_columns(changes, message):
+    good = {"time": [0.0, 1.0], "indentation": [0.0, 1.0], "force": [0.0, 1.0]}
+    assert len(ForceCurve(**good)) == 2
+    with pytest.raises(ValueError, match=message):
+        ForceCurve(**(good | changes))
 
 
 def test_a_cantilever_moves_the_stage_and_not_the_sphere(tmp_path):
-    tip = Setup(**AFM, stiffness=2.0)
+    tip = TIP.replaced(stiffness=2.0)
     assert tip.scene().spring == pytest.approx(2.0 * 0.3e-9 / tip.force_scale)
-    protocol = tip.protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
+    protocol, rigid = (each.protocol(peak_indentation=2e-9, **SLOW) for each in (tip, TIP))
     # As much further away as the largest adhesion stretches the spring.
-    rigid = Setup(**AFM).protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
     stretched = 2.0 * tip.force_scale / 2.0 / tip.indentation_scale
     assert protocol.start(tip.tabor) == pytest.approx(rigid.start(tip.tabor) - stretched)
     curve = tip.simulate(protocol, "draft", force_sign="compression")
     np.testing.assert_allclose(curve.stage, curve.indentation + curve.force / 2.0, rtol=1e-9, atol=1e-18)
     assert curve.stage.max() == pytest.approx(2e-9)
     assert curve.indentation.max() < 0.95 * 2e-9
-    moved = curve.shifted(contact_point=1e-9)
-    np.testing.assert_allclose(moved.stage, curve.stage - 1e-9)
-    assert Setup(**AFM).simulate(rigid, "draft").stage is None
-    assert Setup(**AFM, stiffness=np.inf) == Setup(**AFM)
+    np.testing.assert_allclose(curve.shifted(contact_point=1e-9).stage, curve.stage - 1e-9)
+    assert TIP.simulate(rigid, "draft").stage is None
     curve.write(tmp_path / "curve.csv")
     again = ForceCurve.read(tmp_path / "curve.csv", force_sign="compression")
     for name in ("time", "indentation", "force", "contact_radius", "stage"):
@@ -170,11 +163,10 @@ def test_a_cantilever_moves_the_stage_and_not_the_sphere(tmp_path):
 
 
 def test_a_weight_in_newtons():
-    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
-    protocol = setup.force_protocol(times=[0.0, 0.1, 2.0], forces=[0.0, 5e-9, 5e-9], force_sign="compression")
+    protocol = RELAXING.force_protocol(times=[0.0, 0.1, 2.0], forces=[0.0, 5e-9, 5e-9], force_sign="compression")
     np.testing.assert_allclose(protocol.times, [0.0, 0.2, 4.0])
-    np.testing.assert_allclose(protocol.forces, [0.0, -5e-9 / setup.force_scale, -5e-9 / setup.force_scale])
-    curve = setup.simulate(protocol, "draft", force_sign="compression")
+    np.testing.assert_allclose(protocol.forces, np.array([0.0, -5e-9, -5e-9]) / RELAXING.force_scale)
+    curve = RELAXING.simulate(protocol, "draft", force_sign="compression")
     assert curve.force[-1] == pytest.approx(5e-9, rel=1e-3)
     assert curve.indentation[-1] > 1.5 * curve.indentation[0] > 0.0
     over_time, loop = curve.plot(over_time="indentation").axes
@@ -185,7 +177,7 @@ def test_a_weight_in_newtons():
 
 
 def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
-    bead = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, stiffness=30.0)
+    bead = ELASTIC_BEAD.replaced(stiffness=30.0)
     assert bead.scene().spring == pytest.approx(30.0 / bead.stiffness_scale)
     pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
     assert bead.range_sensitivity(pulled) < 0.05
@@ -195,7 +187,7 @@ def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
 
 
 def test_a_curve_in_newtons_is_drawn_as_a_trajectory_is():
-    setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, retardation_time=0.1)
+    setup = ELASTIC_BEAD.replaced(retardation_time=0.1)
     speeds = {"loading_rate": 2e-6, "unloading_rate": 2e-4, "dwell_time": 0.3}
     protocol = setup.protocol(peak_indentation=0.5e-6, start_indentation=-1.5e-6, **speeds)
     curve = setup.simulate(protocol, "draft", check_range=False)

@@ -1,0 +1,184 @@
+"""What a fit is made of: contact, baseline, noise and jumps of a curve, least squares and their intervals."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.special import stdtrit
+
+from bem import simulate
+from bem.lab import ForceCurve, Setup, fit
+from bem.lab.contact_point import find_contact, noise_of
+from bem.lab.fitting import regression, simulated
+from bem.lab.fitting.curve_fit import windows_of_depth
+from bem.lab.fitting.measurement import hertz_line, measurement_of, slow_noise
+from bem.lab.fitting.regression import Regression
+from bem.lab.models import LADDER
+from bem.solver import simulation
+from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return measured()
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """Hertz on a curve of Hertz."""
+    curve, setup, _ = closed_form("hertz", 1)
+    return fitted_by("hertz", measurement_of(curve, setup))
+
+
+def fitted_by(model, data, **further):
+    start = hertz_line(data) | further
+    return Regression(LADDER[model], data, start, tuple(start)).run(np.zeros(len(start)))
+
+
+def test_baseline_noise_and_contact_point_are_found(curve):
+    contact = curve.contact()
+    noise = 0.01 * np.ptp(measured(noise=0.0).force)
+    assert contact.force_offset == pytest.approx(TRUTH["force_offset"], abs=noise)
+    assert contact.noise == pytest.approx(noise, rel=0.3)
+    assert noise_of(curve.force) == pytest.approx(noise, rel=0.3)
+    # Attraction begins up to the default start before the undeformed sphere would touch.
+    assert -(np.pi ** (2 / 3)) * BEAD.adhesion_length < contact.contact_point - TRUTH["contact_point"] < 0.0
+    shifted = curve.shifted(contact_point=contact.contact_point, force_offset=contact.force_offset).contact()
+    assert shifted.contact_point == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("part", "size", "message"),
+    [
+        (slice(None), 0.0, "the curve shows no contact"),
+        (slice(70, None), 1.0, "must begin with at least 10 points before contact"),
+        (slice(-30, None), 1.0, "at least 20 points up to its deepest one"),
+    ],
+)
+def test_a_curve_without_contact_or_baseline_is_refused(curve, part, size, message):
+    force = size * curve.force + (1.0 - size) * 1e-9 * np.random.default_rng(0).standard_normal(len(curve))
+    with pytest.raises(ValueError, match=message):
+        ForceCurve(time=curve.time[part], indentation=curve.indentation[part], force=force[part]).contact()
+
+
+def test_a_force_that_noise_hides_at_first_does_not_bend_the_baseline():
+    depth = np.linspace(-1.0, 1.2, 300)
+    for seed in range(20):
+        noise = 0.05 * np.random.default_rng(seed).standard_normal(300)
+        assert find_contact(depth, np.maximum(depth, 0.0) ** 2 + noise).contact_point < 0.6
+
+
+def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
+    """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
+    setup = BEAD.replaced(equilibrium_gap=90e-9)
+    simulated = setup.simulate(setup.protocol(peak_indentation=1e-6, loading_rate=2e-6, unloading_rate=2e-6))
+    assert measurement_of(simulated, setup).noise < 1e-3 * np.ptp(simulated.force)
+
+
+def test_the_jumps_into_and_out_of_contact_are_found_and_a_smooth_curve_has_none():
+    curve, setup, _ = closed_form("jkr", 3, noise=0.002)
+    into, out = (jump.time for jump in measurement_of(curve, setup).jumps)
+    steps, half = np.diff(curve.tension), len(curve) // 2
+    spacing = 3.0 * float(np.median(np.diff(curve.time)))
+    assert into == pytest.approx(curve.time[np.argmax(steps[:half])], abs=spacing)
+    assert out == pytest.approx(curve.time[half + np.argmin(steps[half:])], abs=spacing)
+    assert measurement_of(*closed_form("hertz", 3)[:2]).jumps == ()
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9, 0.95])
+def test_slow_noise_is_that_of_independent_points_as_strong_at_low_frequencies(memory):
+    """The variance of the mean of correlated noise, known in closed form, decides how wide intervals have to be."""
+    line = np.linalg.qr(np.vander(np.arange(600) / 600, 2))[0]
+    draws = np.random.default_rng(0).standard_normal((100, 1000))
+    noise = lfilter([1.0], [1.0, -memory], draws)[:, 400:]
+    found = [slow_noise(one - line @ (line.T @ one), line)[0] for one in noise]
+    assert np.mean(found) == pytest.approx((1.0 - memory) ** -2, rel=0.2)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.95, None])
+def test_the_noise_of_slow_sums_is_found_under_what_a_fit_takes_up(correlation):
+    """Noise of an autoregression, and noise whose power grows as the inverse frequency beside white noise."""
+    rng, count, place = np.random.default_rng(5), 600, np.interp(np.linspace(0.0, 2.0, 600), [0, 1, 2], [-1, 1, -1])
+    pressed, frequency = np.maximum(place, 0.0), np.fft.rfftfreq(2 * count)
+    frequency[0] = frequency[1]
+    basis, triangle = np.linalg.qr(np.column_stack([np.ones(count), place, pressed**0.5, pressed**1.5]))
+    inside = []
+    for white in rng.standard_normal((300, 2 * count)):
+        shaped = np.fft.irfft(np.fft.rfft(white) * np.sqrt(1.0 / frequency + 40.0))[:count]
+        noise = shaped if correlation is None else lfilter([1.0], [1.0, -correlation], white)[count:]
+        variance, degrees = slow_noise(noise - basis @ (basis.T @ noise), basis)
+        off = np.linalg.solve(triangle, basis.T @ noise)[-1] / np.linalg.norm(np.linalg.inv(triangle)[-1])
+        inside.append(abs(off) < stdtrit(degrees, 0.975) * np.sqrt(variance))
+    assert 0.89 < np.mean(inside) < 0.995
+
+
+def test_intervals_of_the_solver_are_at_least_those_of_independent_residuals(fitted):
+    """Sixteen low frequencies may show less noise than there is, and the solver adds errors of its own."""
+    problem, rng = fitted.problem, np.random.default_rng(2)
+    alternating = rng.standard_normal(len(problem)) + np.where(np.arange(len(problem)) % 2, 2.0, -2.0)
+    quiet = dataclasses.replace(fitted, residuals=alternating)
+    assert quiet.variance < 0.5 * quiet.misfit**2
+    solver = dataclasses.replace(quiet, problem=dataclasses.replace(problem, model=LADDER["solver"]))
+    assert solver.variance == pytest.approx(quiet.misfit**2)
+
+
+def test_the_ends_of_a_valley_widen_intervals_and_never_narrow_them(fitted):
+    linear = fitted.intervals()[0]
+    assert dataclasses.replace(fitted, ends=(fitted.x, fitted.x)).intervals()[0] == linear
+    wide = dataclasses.replace(fitted, ends=(fitted.x - 1.0, fitted.x)).intervals()[0]["relaxed_modulus"]
+    assert wide == (pytest.approx(fitted.values["relaxed_modulus"] / np.e), linear["relaxed_modulus"][1])
+
+
+def test_the_points_beside_the_ends_of_an_adhesive_contact_do_not_count():
+    problem = fitted_by("jkr", measurement_of(*closed_form("jkr", 3)[:2]), work_of_adhesion=0.03).problem
+    ends = np.flatnonzero(np.diff(problem.inside))
+    assert ends.size == 2
+    assert not problem.weights[[ends, ends + 1]].any()
+
+
+def test_a_simulation_takes_no_more_than_the_budget_of_a_search(curve, monkeypatch):
+    data, asked = measurement_of(curve, BEAD), []
+    monkeypatch.setattr(simulation, "simulate", lambda *_, **named: asked.append(named) or simulate(*_, **named))
+    for budget in ([1e10], [1.0], None):
+        LADDER["solver"].tension(TRUTH, data, budget=budget)
+    assert [named["most_work"] for named in asked] == [1e10, 5e9, None]
+
+
+@pytest.mark.parametrize("evaluations", [0.5, 3.5, 45.5])
+def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, monkeypatch, evaluations):
+    # The second start spends the budget, when the solutions of the first are forgotten.
+    start = {"relaxed_modulus": 1.8e6, "work_of_adhesion": 0.05, "contact_point": TRUTH["contact_point"]}
+    budget, problem = [0.0], Regression(LADDER["solver"], measurement_of(curve, BEAD), start, tuple(start))
+    problem.model.tension(start, problem.data, budget=budget)
+    monkeypatch.setattr(simulated, "_WORK", -budget[0] * evaluations)
+    monkeypatch.setattr(regression, "_REMEMBERED", 8)
+    found = simulated.search(problem, [start, start | {"work_of_adhesion": 0.1}], "standard")
+    assert not found.converged
+    assert evaluations > 4.0 or problem.options["accuracy"] == "draft"  # what is finer was not paid for
+    assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
+
+
+def test_windows_of_depth_in_which_the_modulus_ends_at_its_bound_do_not_count():
+    """A tilted baseline looks like a wide and very soft contact in windows as shallow as these."""
+    depth = np.linspace(-2e-5, 3e-7, 2000)
+    tilted = 3e-5 * (depth - depth[0]) + np.random.default_rng(1).normal(0.0, 1e-11, depth.size)
+    force = tilted + 4.0 / 3.0 * 2e3 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
+    curve = over_time(depth, -force, 20.3)
+    data = measurement_of(curve, Setup(radius=5e-6, work_of_adhesion=1e-5, relaxed_modulus=2e3))
+    assert windows_of_depth(data, hertz_line(data)) == []
+
+
+def test_windows_that_only_pull_have_no_modulus():
+    depth = 1e-6 * loop(500)
+    pulled = 2e-10 * np.clip(depth / 0.8e-6, 0.0, 1.0) ** 1.5 + 1e-12 * np.random.default_rng(0).standard_normal(1000)
+    pressed = 3e-9 * np.maximum(5.0 * depth / 1e-6 - 4.0, 0.0) ** 1.5
+    setup = Setup(radius=1e-5, work_of_adhesion=1e-6, relaxed_modulus=1e3)
+    for force, count in ((pulled, 0), (pulled - pressed, 1)):
+        found = windows_of_depth(
+            measurement_of(over_time(depth, force), setup), {"relaxed_modulus": 2.0, "contact_point": 0.0}
+        )
+        assert len(found) == count
+        assert all(modulus > 1e3 for modulus in found)
+    # Hertz finds a contact point millimetres away, where the solver does not follow.
+    assert not fit(over_time(depth, pulled), setup).adequate
