@@ -215,11 +215,11 @@ def restored_trajectory(record: Mapping[str, Any]) -> Trajectory | None:
 def with_nan(kind: type, found: dict[str, Any]) -> dict[str, Any]:
     """The fields of a dataclass of which only some were found.
 
-    A real number that is absent is NaN; an integer that is absent was not counted yet when the file was written.
+    A real number that is absent is NaN; anything else was not known yet when the file was written.
     """
-    return {
-        field.name: found.get(field.name, field.default if field.type == "int" else np.nan) for field in fields(kind)
-    }
+    known = {one.name: one.type for one in fields(kind)}
+    absent = {name: np.nan for name, type_ in known.items() if type_ == "float" and name not in found}
+    return absent | {name: value for name, value in found.items() if name in known}
 
 
 def _numbers(values: dict[str, Any]) -> dict[str, Any]:

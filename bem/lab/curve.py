@@ -114,6 +114,8 @@ class ForceCurve(Tabular):
             for name, value in (("stiffness", stiffness), ("speed", speed))
         )
         parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
+        if not parts:
+            raise ValueError("path must name at least one file; received none")
         paths = [Path(instance("path", part, (str, Path))) for part in parts]
         where = " and ".join(map(str, paths))
         if len({part.resolve() for part in paths}) < len(paths):

@@ -16,7 +16,7 @@ import numpy as np
 
 from bem._support.interruption import whole
 from bem._support.tabular import labelled
-from bem._support.validation import instance
+from bem._support.validation import finite_number, instance
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting import FitError, fit, guess_setup
 from bem.lab.models import UNITS
@@ -77,8 +77,12 @@ def fit_map(
 
     instance("material", material, (Elastic, PronySeries))
     given = {"stiffness": stiffness, "speed": speed}
-    spring, rate = (None if value is None else to_si(name, value, name) for name, value in given.items())
-    known: dict[str, Any] = {"radius": to_si("radius", radius, "length"), "poisson_ratio": poisson_ratio}
+    spring, rate = (
+        None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
+        for name, value in given.items()
+    )
+    known: dict[str, Any] = {"radius": finite_number("radius", to_si("radius", radius, "length"), above=0.0)}
+    known["poisson_ratio"] = finite_number("poisson_ratio", poisson_ratio, low=0.0, high=0.5)
     known |= {} if isinstance(material, Elastic) else {"material": material}
     settings = json.dumps(known | {"stiffness": spring, "speed": rate} | options, sort_keys=True, default=str)
     out = Path(out)

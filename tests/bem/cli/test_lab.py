@@ -231,6 +231,8 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     ("words", "message"),
     [
         (["--range", "1um"], "range must be LOW:HIGH"),
+        (["--radius", "0um"], "radius must be a finite number greater than 0; received 0.0"),
+        (["--poisson-ratio", "0.7"], "poisson_ratio must be a finite number at least 0 and at most 0.5"),
         (["--quantity", "colour"], "quantity must be one of relaxed_modulus"),
         (["--model", "sphere"], "model must be auto or one of hertz"),
         (["--material", "sls:0.3"], "material must be one of Elastic(...), PronySeries(...)"),

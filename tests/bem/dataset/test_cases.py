@@ -183,4 +183,5 @@ def test_descriptions_name_the_law_and_the_spring_only_where_there_is_one():
 def test_counts_that_an_older_file_lacks_are_those_of_one_attempt():
     stats = Statistics(**with_nan(Statistics, {"steps": 3}))
     assert (stats.steps, stats.attempts, stats.failed_attempts) == (3, 1, 0)
+    assert (stats.rung, stats.left_out, stats.steps_by_phase) == ("boundary elements", (), {})
     assert np.isnan(stats.nodes)

@@ -83,6 +83,7 @@ def test_approach_and_retract_may_be_two_files_and_time_may_be_a_speed(tmp_path,
     assert ForceCurve.read(path, speed=2e-6).time[-1] == pytest.approx(travelled / 2e-6, rel=1e-6)
     for files, options, message in (
         (path, {}, "Expected a column time"),
+        ([], {}, "path must name at least one file; received none"),
         ([path, tmp_path / "." / "3.csv"], {}, "the files of one curve must be different"),
         (one, {"number": 3}, "from 0 to 0; received 3"),
         ([one, path], {}, r"the same columns; received .*3\.csv with force, indentation"),

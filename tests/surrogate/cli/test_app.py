@@ -49,6 +49,7 @@ def publish_metrics(folder, mse, **run):
     }
     (folder / "metrics.json").write_text(json.dumps({"parameters": 489473, "test": test}))
     (folder / "run.json").write_text(json.dumps(run))
+    (folder / "model.weights.h5").touch()
 
 
 def test_list_shows_every_published_model_best_first_then_what_is_not_trained(elsewhere):
@@ -57,6 +58,7 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
     publish_metrics(elsewhere / "PUBLISHED" / "mine", 1e-5, architecture="M1-FiLM", **trained | {"features": "C"})
     publish_metrics(elsewhere / "PUBLISHED" / "M1-concat", 3e-5)
     publish_metrics(elsewhere / "PACKAGED" / "M1-concat", 4e-5)
+    (elsewhere / "PUBLISHED" / "M1-concat" / "model.weights.h5").unlink()
     (elsewhere / "model_forces.json").write_text(json.dumps({"others": ["M1-FiLM"]}))
     result = runner.invoke(cli.app, ["list"])
     assert result.exit_code == 0
@@ -67,7 +69,7 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
         "30 epochs of 9,960 trajectories",
         "M1-FiLM       489,473      2.00e-05                 2.50 %                   1.25 %  "
         "30 epochs of 9,960 trajectories, an earlier data set's forces",
-        "M1-concat     489,473      3.00e-05                 2.50 %                   1.25 %",
+        "M1-concat     489,473      3.00e-05                 2.50 %                   1.25 %  errors only, no weights",
         "M1-gated      144,899                                                                not trained",
     ]
     assert [line.split()[0] for line in lines[2:-2]] == ["mine", "M1-FiLM", "M1-concat", *names()[2:]]
