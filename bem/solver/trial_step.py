@@ -24,7 +24,7 @@ from bem.tractions import force_of
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _MOST_DEPTHS = 10  # tried until the prescribed force is met
-_NEAR_FOLD = 1.1  # a contact that is pressed gives less than 1; the fold is where it is infinite
+_NEAR_FOLD = 1.5  # a contact that is pressed gives less than 1; the fold is where it is infinite
 _BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
 
 
