@@ -69,6 +69,7 @@ class Outputs:
         Raises:
             ValueError: the operating system refused, as a full disk does.
         """
+        path = Path(path)
         with _refusals(path):
             yield self._parts[path][1] if path in self._parts else path
         self._written.add(path)

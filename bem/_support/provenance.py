@@ -3,7 +3,6 @@
 import functools
 import os
 import platform
-import resource
 import shlex
 import subprocess
 import sys
@@ -57,6 +56,8 @@ def versions() -> dict[str, str]:
 
 def peak_memory() -> int:
     """Largest memory this process has held so far, in bytes."""
+    import resource  # which some systems lack
+
     unit = 1 if sys.platform == "darwin" else 1024
     return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 

@@ -20,6 +20,7 @@ PHYSICAL = (22, 8, 72)
 STEPS_VERSION = 2
 """Of the physical steps; those of version 1, of files without a version, expected the pull-off elsewhere."""
 STEPS = ("uniform", "physical")
+"""Kinds of measurement steps: as the paper's, and placed by the physics."""
 FIRST_UNLOADING = FMS[0] + FMS[1] - 1
 """Index of the step at which the dwell ends and the unloading begins."""
 

@@ -266,6 +266,7 @@ def _solve(
     for j in range(solid.times.size):
         stiffness += solid.moduli[j] * relaxed(one, solid.relaxations[j], 0.0, 0.0, step)
     low, high, found = -np.inf, np.inf, control if device.compliance == 0.0 else guess
+    reach = _REJECTED * rules.allowed * rules.depth_scale
     force, radius = 0.0, 0.0
     for _ in range(_MOST_SOLUTIONS):
         work[MULTIPLY_ADDS] += places.heights.size * (2 * solid.times.size + 4) + 500
@@ -289,7 +290,7 @@ def _solve(
         before, found = found, found + change
         if not low < found < high:
             found = 0.5 * (low + high)
-        if found == before or (can_shrink and abs(found - guess) > 2.0 * _REJECTED * rules.allowed * rules.depth_scale):
+        if found == before or (can_shrink and (low > guess + reach or high < guess - reach)):
             break
     return found, force, radius
 

@@ -24,7 +24,6 @@ from bem.tractions import force_of
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _MOST_DEPTHS = 10  # tried until the prescribed force is met
-_NEAR_FOLD = 1.5  # a contact that is pressed gives less than 1; the fold is where it is infinite
 _BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
 
 
@@ -53,7 +52,7 @@ def try_step(
         remembered: what the material contributes.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
         shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
-            then. Behind a spring it also is where the sphere moves further than the stage.
+            then. Behind a spring it always is.
         work: counts as in `bem.solver.work`, added to.
 
     Returns:
@@ -96,14 +95,9 @@ def try_step(
         if solved and shortened:
             factorise(interface, influence, mesh.force_weights, gap, response, factor, work)
             solved = not factor.unstable[0]
-        if solved and device.compliance > 0.0:
-            # Contact and spring as a whole grow infinitely compliant towards a fold, which few iterations might pass.
-            moved = control - state.depth + device.compliance * state.force
-            sank = moved + device.compliance * (force_of(interface, mesh.force_weights, gap, traction) - state.force)
-            near_fold = factor.stiffness[0] * device.compliance > _NEAR_FOLD or abs(sank) > _NEAR_FOLD * abs(moved)
-            if shortened or device.by_force or near_fold:
-                count_factorisation(work, rhs.size)
-                solved = not is_unstable(interface, influence_of(problem, mesh, response, gap), gap, response)
+        if solved and device.compliance > 0.0:  # it is linearised anew in each step
+            count_factorisation(work, rhs.size)
+            solved = not is_unstable(interface, influence_of(problem, mesh, response, gap), gap, response)
         if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
             factor.order[0] = 0
     if not solved:

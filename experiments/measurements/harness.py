@@ -188,7 +188,7 @@ def fingerprint(**parts: Any) -> str:
 
 
 def stated(options: Mapping[str, Any]) -> list[str]:
-    """Options as words of a command line, but paths, what is not given, and the processes, which change no result."""
+    """Options as words of a command line, except paths, what is not given, and processes, which change no result."""
     words = []
     for name, value in options.items():
         for one in value if isinstance(value, list) else [value]:

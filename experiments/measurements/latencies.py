@@ -79,7 +79,7 @@ def study_contact_ticks(*, count: Count = 40, seed: Seed = 5) -> dict[str, Any]:
 
 
 def step_microseconds(name: str, models: Path | None, steps: int) -> np.ndarray:
-    """Microseconds of the steps of a stream, each timed separately, along a trajectory of 120 steps; shape (steps,)."""
+    """Microseconds of the steps of a stream, each timed separately, along the steps of its training; shape (steps,)."""
     import surrogate
 
     hidden = Hidden.draw(1, MODULUS_RATIO, seed=1)

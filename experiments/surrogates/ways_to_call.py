@@ -103,7 +103,7 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     seconds = in_turn({"solver": (lambda turn: results_of(some[turn].simulated()), few)} | calls, ROUNDS)
     each, steps = seconds["solver"], np.mean([one.stats.steps for one in some[-1].simulated()])
     found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each / steps}}
-    return found | {name: {kind: seconds[of, kind] for of, kind in calls if of == name} for name in models}
+    return found | {name: {kind: seconds[one, kind] for one, kind in calls if one == name} for name in models}
 
 
 def study(

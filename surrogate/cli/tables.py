@@ -45,7 +45,8 @@ def model_table(roots: Sequence[Path]) -> str:
             *row, training = _published(path)
             words = [training] if training else []
             words += ["an earlier data set's forces"] if path.parent.name in others else []
-            words += [] if (path.parent / "model.weights.h5").is_file() else ["errors only, no weights"]
+            usable = any((path.parent / name).is_file() for name in ("model.onnx", "model.weights.h5"))
+            words += [] if usable else ["errors only, no weights"]
             found.setdefault(path.parent.name, (*row, ", ".join(words)))
     rows = sorted(found.values(), key=lambda row: float(row[2]))
     rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]

@@ -18,8 +18,8 @@ from surrogate.training.queue import STOP_FILE
 
 MODEL_FILES = {
     "model.weights.h5": "the weights, readable under every backend",
-    # Absent if a registered architecture has a layer that `surrogate.export.keras_layers` cannot express.
-    "model.onnx": "features, scaling and network in one graph (see `surrogate.export`)",
+    "model.onnx": "features, scaling and network in one graph (see `surrogate.export`); absent if a registered "
+    "architecture has a layer that `surrogate.export.keras_layers` cannot express",
     "scaling.json": "statistics and ranges of the training set",
     "split.json": "seed, and trajectory indices of training, validation and test set",
     "history.csv": "one row per epoch; the seconds accumulate",

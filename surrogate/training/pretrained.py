@@ -19,7 +19,6 @@ import hashlib
 import json
 import shlex
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -345,7 +344,8 @@ def main() -> None:
         parser.error(f"a training needs {', '.join(missing)}")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
-        words = [word for word in sys.argv[1:] if word == name or word not in chosen.names]
+        read = {one: getattr(chosen, one) for one in (*Data.__annotations__, "epochs", "start", "beside")}
+        words = [word for one, value in read.items() if value is not None for word in (f"--{one}", str(value))]
         recipe: Recipe | None = RECIPES[name]
         if chosen.epochs is not None:
             recipe = replace(RECIPES[name], epochs=chosen.epochs) if chosen.epochs else None
@@ -358,7 +358,7 @@ def main() -> None:
             start=chosen.start and chosen.start / name,
             beside=chosen.beside and chosen.beside / name,
             mixed=chosen.publish / MIXED[name] if name in MIXED else None,
-            command=shlex.join(["python", "-m", "surrogate.training.pretrained", *words]),
+            command=shlex.join(["python", "-m", "surrogate.training.pretrained", name, *words]),
             report=print_epoch,
         )
         shutil.copytree(made, chosen.publish / name, dirs_exist_ok=True)

@@ -32,15 +32,20 @@ def test_no_state_of_an_elastic_contact_is_unstable(tabor):
     assert_stable(Scene(tabor), protocol, "standard")
 
 
-def test_no_state_behind_a_spring_that_the_sphere_outruns_is_unstable():
-    """The factorisation kept from the pressed contact knows nothing of the fold that one step reaches."""
-    fast = LoadingProtocol(
-        peak_indentation=0.5994020243855318,
-        loading_rate=0.39209586212326747,
-        dwell_time=0.0,
-        unloading_rate=12.432886081322863,
-    )
-    scene = Scene(5.316873658476408, StandardLinearSolid(0.7756758488989576), spring=0.508368479497854)
+@pytest.mark.parametrize(
+    ("tabor", "ratio", "spring", "ramps"),
+    [
+        (5.316873658476408, 0.7756758488989576, 0.508368479497854, (0.59940202438, 0.39209586212, 12.43288608132)),
+        (5.784228622807013, 0.5895452471596649, 0.8920491944325272, (4.93633637589, 145.38252489496, 4.86580984788)),
+        (7.636038601647814, 0.5226689115331333, 1.8274505638971905, (1.14487486814, 76.15176015927, 9.78708197326)),
+    ],
+)
+def test_no_state_behind_a_spring_that_a_long_step_reaches_is_unstable(tabor, ratio, spring, ramps):
+    """The factorisation kept from the pressed contact knows nothing of the fold, and a step may pass it."""
+    depth, loading, unloading = ramps
+    dwell = 0.1 if tabor > 7.0 else 0.0
+    fast = LoadingProtocol(peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+    scene = Scene(tabor, StandardLinearSolid(ratio), spring=spring)
     assert count_unstable(scene, fast, "draft") == 0
 
 
