@@ -139,6 +139,17 @@ def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside
     assert pickle.loads(content)["onnx"].network.threads == 2
 
 
+@pytest.mark.slow
+def test_a_published_model_predicts_in_other_processes():
+    from joblib import Parallel, delayed
+
+    model = surrogate.load("M1-concat")
+    protocol = LoadingProtocol(**PROTOCOL)
+    here = model.predict(SCENE, protocol)
+    for there in Parallel(n_jobs=2)(delayed(model.predict)(SCENE, protocol) for _ in range(2)):
+        np.testing.assert_array_equal(there.force, here.force)
+
+
 @pytest.mark.parametrize(("low", "high"), [(1e-3, 3.0), (2.0, 1e6)])
 @pytest.mark.parametrize("share", [0.5, 2.0])
 def test_a_bound_is_kept_to_rounding_of_its_own_size(low, high, share):

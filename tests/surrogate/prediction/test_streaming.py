@@ -213,6 +213,13 @@ def test_a_stream_warns_of_each_cause_once(stirred, history, causes):
     assert said if causes else not said
 
 
+def test_a_stream_outside_the_training_warns(model):
+    with pytest.warns(ExtrapolationWarning, match=r"tabor = 50 lies outside \["):
+        stream = model.stream(scene(50.0))
+    with pytest.warns(ExtrapolationWarning, match=r"start_indentation = 1 lies outside \[-110\.\d+, -104"):
+        stream.step(0.0, 1.0)
+
+
 def physical(model):
     """Instants, indentations, marks and forces of a history on the physical steps of a model with bands."""
     found = model.predict(scene(1.3, 0.07), LoadingProtocol(**PROTOCOL | {"dwell_time": 0.7, "unloading_rate": 40.0}))
