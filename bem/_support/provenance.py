@@ -55,9 +55,11 @@ def versions() -> dict[str, str]:
 
 
 def peak_memory() -> int:
-    """Largest memory this process has held so far, in bytes."""
-    import resource  # which some systems lack
-
+    """Largest memory this process has held so far, in bytes; 0 on systems that do not tell."""
+    try:
+        import resource
+    except ImportError:
+        return 0
     unit = 1 if sys.platform == "darwin" else 1024
     return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
