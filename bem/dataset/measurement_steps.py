@@ -40,7 +40,7 @@ def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
     """
     given = list(counts) if np.iterable(counts) else []
     whole = [int(count) for count in given if isinstance(count, int | np.integer) and not isinstance(count, bool)]
-    if not len(whole) == len(given) == 3 or np.any(np.subtract(whole, (2, 0, 1)) < 0):
+    if not len(whole) == len(given) == 3 or any(count < least for count, least in zip(whole, (2, 0, 1), strict=True)):
         raise ValueError(
             "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
             f"received {shown(counts)}"
@@ -112,13 +112,13 @@ def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, known:
     Raises:
         ValueError: naming the protocol, or points and dwell.
     """
-    if points and np.any(dwell_time <= 0.0):
+    if points and (dwell_time <= 0.0).any():
         raise ValueError(
             "counts must ask for no dwell points where dwell_time is 0; "
             f"received {points} with a dwell_time of {float(dwell_time.min())!r}"
         )
-    if np.any(wrong := ~np.all(np.diff(times, axis=1) > 0.0, axis=1)):
-        row = int(np.flatnonzero(wrong)[0])
+    if not (rises := times[:, 1:] > times[:, :-1]).all():
+        row = int(rises.all(axis=1).argmin())
         raise ValueError(
             "measurement times must be strictly increasing in double precision; received protocol "
             f"{row} with {name} {', '.join(map(repr, known[row].tolist()))}"

@@ -90,10 +90,10 @@ def physical_grid(
     protocols = np.empty((len(given), max(map(np.size, given))))
     for row, values in enumerate(given):
         protocols[row] = values
-    if np.any(bad := ~((protocols[6] > 0.0) & (protocols[6] <= 1.0))):
-        StandardLinearSolid(float(protocols[6, bad][0]))  # says what is allowed
-    if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
-        row = int(np.flatnonzero(wrong)[0])
+    if not (sound := (protocols[6] > 0.0) & (protocols[6] <= 1.0)).all():
+        StandardLinearSolid(float(protocols[6, sound.argmin()]))  # says what is allowed
+    if not (sound := (protocols[1] > 0.0) & (protocols[5] < 0.0)).all():
+        row = int(sound.argmin())
         raise ValueError(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"

@@ -55,7 +55,7 @@ def reading_errors(
     from surrogate.data.metrics import hysteresis
     from surrogate.prediction.bands import results
 
-    top, _, _, area, _ = results(times, indentations, force, np.array(counts))
+    top, _, area, *_ = results(times, indentations, force, np.array(counts))
     highest = force[:, counts[0] + counts[1] - 1 :].max(axis=1)
     found = np.stack([highest, top, hysteresis(indentations, force), np.abs(area)])
     return np.abs(found / np.repeat(true, 2, axis=0) - 1.0)

@@ -153,10 +153,10 @@ def channels(
         tabor, modulus_ratio = np.nan, np.nan
     elif tabor is None or modulus_ratio is None:
         raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
-    from surrogate.data.physics import Motion, of_histories
+    from surrogate.data.physics import START, fields, of_histories
 
     histories = [np.ascontiguousarray(one, dtype=np.float64) for one in (times, indentations, edge)]
     solids = np.empty((2, len(times)))
     solids[0], solids[1] = tabor, modulus_ratio
-    found: np.ndarray = of_histories(Motion(), *histories, *solids, np.array([*map(Motion._fields.index, names)]))
+    found: np.ndarray = of_histories(START, *histories, *solids, fields(names))
     return found

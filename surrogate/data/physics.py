@@ -16,6 +16,7 @@ Everything is causal, and linear between the given instants. Units and the other
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -50,6 +51,16 @@ class Motion(NamedTuple):
     memory: float = 0.0
     origin: float = 0.0
     latest: float = -math.inf
+
+
+START = Motion()
+"""The state before the first point."""
+
+
+@functools.cache
+def fields(names: tuple[str, ...]) -> np.ndarray:
+    """Return the numbers of some fields of `Motion`."""
+    return np.array([*map(Motion._fields.index, names)])
 
 
 @kernel
@@ -138,4 +149,27 @@ def of_histories(
             now = advance(now, times[row, step], indentations[row, step], edge[row, step], tabor[row], ratio[row])
             for column in range(len(chosen)):
                 found[row, step, column] = now[chosen[column]]
+    return found
+
+
+@kernel
+def standardised(channels: np.ndarray, passes: np.ndarray, mean: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Scaled channels, as of `surrogate.data.scaling`.
+
+    Args:
+        channels: Physical ones of shape (n, channels).
+        passes: How many times each is transformed by symlog, shape (channels,).
+        mean: Of each transformed channel.
+        scale: Standard deviation likewise.
+
+    Returns:
+        Array of shape (n, channels), float32.
+    """
+    found = np.empty(channels.shape, np.float32)
+    for row in range(len(channels)):
+        for column in range(channels.shape[1]):
+            value = channels[row, column]
+            for _ in range(passes[column]):
+                value = math.copysign(math.log1p(abs(value)), value)
+            found[row, column] = (value - mean[column]) / scale[column]
     return found

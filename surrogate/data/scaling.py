@@ -14,6 +14,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -112,14 +113,23 @@ class Scaling:
         low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
         return low if low == high else None
 
+    @cached_property
+    def _channel_moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        passes = np.array([SYMLOG_PASSES[name] for name in channel_names(self.features)])
+        return passes, np.array(self.channel_mean), np.array(self.channel_scale)
+
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
         """Return scaled channels, float32, of the same shape as the physical ones, `(..., steps, channels)`.
 
         Raises:
             ValueError: the number of channels is not that of the feature set.
         """
-        transformed = _transform_channels(channels, self.features)
-        return ((transformed - self.channel_mean) / self.channel_scale).astype(np.float32)
+        # Compiled, so imported by the first call.
+        from surrogate.data.physics import standardised
+
+        _require_channels(channels, self.features)
+        found: np.ndarray = standardised(channels.reshape(-1, channels.shape[-1]), *self._channel_moments)
+        return found.reshape(channels.shape)
 
     def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
         """Return scaled Tabor parameters of shape `(batch, 1)`, float32, from physical ones of shape `(batch,)`."""
@@ -204,17 +214,23 @@ def _finite(values: Any, size: int | None = None) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
+def _require_channels(channels: np.ndarray, features: str) -> tuple[str, ...]:
     names = channel_names(features)
     if channels.shape[-1] != len(names):
         raise ValueError(
             f"Expected {len(names)} channels ({', '.join(names)}) for feature set {features}. "
             f"Received: channels of shape {channels.shape}"
         )
+    return names
+
+
+def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
+    names = _require_channels(channels, features)
     transformed = np.array(channels, dtype=np.float64)
-    passes = np.array([SYMLOG_PASSES[name] for name in names])
-    for done in range(passes.max()):
-        transformed[..., passes > done] = symlog(transformed[..., passes > done])
+    passes = [SYMLOG_PASSES[name] for name in names]
+    for done in range(max(passes)):
+        chosen = [number for number, count in enumerate(passes) if count > done]
+        transformed[..., chosen] = symlog(transformed[..., chosen])
     return transformed
 
 

@@ -13,6 +13,7 @@ conformal predictors).
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
@@ -27,7 +28,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.prediction.predicted import Doubt
 
 GROUPS = 8
-LEVELS = np.array([0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975, 0.99])
+LEVELS = (0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975, 0.99)
 """Coverages whose quantiles are stored; between them they are interpolated."""
 
 KNOWN = (*QUANTITIES, "modulus_ratio")
@@ -68,7 +69,7 @@ class Bands:
     edges: np.ndarray
     shape: np.ndarray
     quantiles: np.ndarray
-    largest_coverage = float(LEVELS[-1])
+    largest_coverage = LEVELS[-1]
     """The largest share of true values that bands can be asked to contain."""
 
     def __post_init__(self) -> None:
@@ -119,8 +120,8 @@ class Bands:
 
         The arguments are those of `calibrate`.
         """
-        sizes, shape, cells = self._expected(known)
-        judged, quantiles = force_errors / shape, self.quantiles.copy()
+        sizes, groups, cells = self._expected(known)
+        judged, quantiles = force_errors / self.shape[groups[len(RESULTS)]], self.quantiles.copy()
         for row, error in enumerate([*errors, judged, judged.max(axis=1)]):
             ratio = (error.T / sizes[row]).T
             for one in np.unique(cells[row]):
@@ -128,31 +129,29 @@ class Bands:
         return replace(self, quantiles=quantiles)
 
     def _expected(self, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Expected errors (5, batch), errors of the force over them (batch, steps), and numbers of cells (5, batch)."""
-        terms, own = _placed(known, self.ranges)
-        sizes = self.coefficients @ terms.T
-        groups = (sizes > self.edges.T[:, :, np.newaxis]).sum(axis=0)
-        return np.exp(sizes), self.shape[groups[len(RESULTS)]], np.where(own >= 0, own, CORNERS + groups)
+        """Expected errors, numbers of groups and numbers of cells, each (5, batch)."""
+        found: tuple[np.ndarray, np.ndarray, np.ndarray] = _judged(known, self.ranges, self.coefficients, self.edges)
+        return found
 
-    def widths(self, known: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
-        """Return half-widths by name.
+    def half_widths(self, known: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return half-widths, and the row of `shape` of which those of `BANDS` are multiples.
 
         Args:
             known: As in `calibrate`.
             coverage: The share of true values that intervals and bands are to contain.
 
         Returns:
-            Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
+            Half-widths of `RESULTS`, in the units of `result_errors`, and of `BANDS`, shape `(5, batch)`; the rows,
+            shape `(batch,)`.
         """
-        sizes, shape, cells = self._expected(known)
-        half = sizes * np.take_along_axis(self.quantiles_at(coverage), cells, axis=1)
-        found = dict(zip((*RESULTS, *BANDS), half, strict=True))
-        return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
+        found: tuple[np.ndarray, np.ndarray] = _half_widths(
+            known, self.ranges, self.coefficients, self.edges, self.quantiles, *_level(coverage)
+        )
+        return found
 
     def quantiles_at(self, coverage: float) -> np.ndarray:
         """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CELLS)`."""
-        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
-        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
+        right, part = _level(coverage)
         found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
         return found
 
@@ -178,17 +177,21 @@ class Bands:
         Returns:
             One for each trajectory.
         """
-        found = results(times, indentations, force, np.array(counts))
-        pull_off, instant, sharpness, work, pressing = found
-        widths = self.widths(np.array([*(quantities[name] for name in KNOWN), sharpness]).T, coverage)
-        widths["hysteresis"] *= _loop_unit(work, pressing)
-        each = [zip(*rows, strict=True) for rows in ((pull_off, instant, work), [widths[name] for name in RESULTS])]
-        bands = zip(*(widths[name] for name in BANDS), strict=True)
-        return [Doubt(coverage, scaling, *one) for one in zip(*each, bands, strict=True)]
+        *readings, sharpness, unit = results(times, indentations, force, np.array(counts))
+        half, rows = self.half_widths(np.array([*(quantities[name] for name in KNOWN), sharpness]).T, coverage)
+        half[RESULTS.index("hysteresis")] *= unit
+        each = zip(np.transpose(readings).tolist(), half.T.tolist(), self.shape[rows], strict=True)
+        return [Doubt(coverage, scaling, *one) for one in each]
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""
         return {name: np.asarray(values, dtype=np.float32) for name, values in vars(self).items()}
+
+
+def _level(coverage: float) -> tuple[int, float]:
+    """Return the level at or above a coverage, and how far from the level before it the coverage lies, as a share."""
+    right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
+    return right, (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
 
 
 def result_errors(found: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.ndarray:
@@ -203,22 +206,21 @@ def result_errors(found: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.
         [
             np.abs(np.log(np.maximum(found[0], 1e-6) / true[0])),
             np.abs(np.log(instants[0] / instants[1])),
-            np.abs(np.abs(found[3]) - true[2]) / _loop_unit(found[3], found[4]),
+            np.abs(np.abs(found[2]) - true[2]) / found[4],
         ]
     )
 
 
-def _loop_unit(work: np.ndarray, pressing: np.ndarray) -> np.ndarray:
-    return np.maximum(np.maximum(np.abs(work), 0.01 * np.abs(pressing)), 1e-300)
-
-
 @kernel
 def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Pull-off force, its time and sharpness, work, and that of the loading, of histories (batch, steps): (5, batch).
+    """Pull-off force, its time, work, sharpness, and unit of the error of the loop, of histories (batch, steps).
 
     The pull-off force is the top of the parabola through the highest step of the unloading and its neighbours; the
     sharpness is by how much the higher one of these is less, as a share. The work is the integral of -P d(indentation)
-    of monotone cubics, phase by phase.
+    of monotone cubics, phase by phase. The unit is its size, or a hundredth of the work of loading if this is more.
+
+    Returns:
+        Array of shape (5, batch).
     """
     found = np.empty((5, len(times)))
     loading, turn = counts[0], counts[0] + counts[1] - 1
@@ -230,21 +232,22 @@ def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, coun
             before, after = time[top] - time[top - 1], time[top + 1] - time[top]
             rise, fall = (values[top] - values[top - 1]) / before, (values[top + 1] - values[top]) / after
             bend = (fall - rise) / (before + after)
-            found[2, row] = 1.0 - max(values[top - 1], values[top + 1]) / max(values[top], 1e-300)
+            found[3, row] = 1.0 - max(values[top - 1], values[top + 1]) / max(values[top], 1e-300)
             if bend < 0.0:
                 slope = rise + bend * before
                 found[0, row] -= 0.25 * slope * slope / bend
                 found[1, row] -= 0.5 * slope / bend
         else:
-            found[2, row] = 0.0
-        found[3, row] = 0.0
+            found[3, row] = 0.0
+        found[2, row] = 0.0
         for first, last in ((0, loading), (turn, len(time))):
             span = indentations[row, last - 1] - indentations[row, first]
             part, here = time[first:last], values[first:last]
             area = monotone_integral(part, here, monotone_slopes(part, here))
-            found[3, row] -= area * span / (part[-1] - part[0])
+            found[2, row] -= area * span / (part[-1] - part[0])
             if first == 0:
-                found[4, row] = found[3, row]
+                found[4, row] = max(0.01 * abs(found[2, row]), 1e-300)
+        found[4, row] = max(found[4, row], abs(found[2, row]))
     return found
 
 
@@ -278,10 +281,51 @@ def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return terms, own
 
 
+@kernel
+def _judged(
+    known: np.ndarray, bounds: np.ndarray, coefficients: np.ndarray, edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Expected errors, numbers of groups and numbers of cells, each (5, batch), of `known` and `bounds` as above."""
+    terms, own = _placed(known, bounds)
+    sizes = np.zeros((len(coefficients), len(known)))
+    groups = np.zeros(sizes.shape, np.int64)
+    cells = np.empty_like(groups)
+    for row in range(len(known)):
+        for kind in range(len(coefficients)):
+            size = 0.0
+            for term in range(terms.shape[1]):
+                size += coefficients[kind, term] * terms[row, term]
+            for edge in edges[kind]:
+                groups[kind, row] += size > edge
+            sizes[kind, row] = math.exp(size)
+            cells[kind, row] = own[row] if own[row] >= 0 else CORNERS + groups[kind, row]
+    return sizes, groups, cells
+
+
+@kernel
+def _half_widths(
+    known: np.ndarray,
+    bounds: np.ndarray,
+    coefficients: np.ndarray,
+    edges: np.ndarray,
+    quantiles: np.ndarray,
+    right: int,
+    part: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half-widths (5, batch) at a place between two levels, and the group (batch,) of the force."""
+    half, groups, cells = _judged(known, bounds, coefficients, edges)
+    for kind in range(len(half)):
+        for row in range(len(known)):
+            below, above = quantiles[kind, cells[kind, row], right - 1], quantiles[kind, cells[kind, row], right]
+            half[kind, row] *= (1.0 - part) * below + part * above
+    return half, groups[len(RESULTS)]
+
+
 def _quantiles(errors: np.ndarray) -> np.ndarray:
     """Quantiles at `LEVELS` of errors of any shape, by the rank level (n + 1) and one standard deviation of it more."""
     ordered = np.sort(errors, axis=None)
     count = len(errors)
-    share = (LEVELS * (count + 1) + np.sqrt(count * LEVELS * (1.0 - LEVELS))) / count
+    levels = np.array(LEVELS)
+    share = (levels * (count + 1) + np.sqrt(count * levels * (1.0 - levels))) / count
     ranks = np.ceil(share * ordered.size).astype(int)
     return ordered[np.clip(ranks, 1, ordered.size) - 1]

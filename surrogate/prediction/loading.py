@@ -17,7 +17,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.export import onnx_file
 from surrogate.prediction.bands import Bands
 from surrogate.prediction.files import BANDED, BANDED_FILES, WEIGHTS, existing, find_model, read_run
-from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
+from surrogate.prediction.networks import Network, OnnxNetwork, keras_network, telling_steps
 from surrogate.prediction.predictor import Surrogate
 
 BACKENDS = ("onnx", "keras")
@@ -58,7 +58,9 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         network = OnnxNetwork(content, scaling, folder.name, threads, session)
         if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
             raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
-        loading, dwell, unloading = map(int, run["counts"])
+        loading, dwell, unloading = counts = tuple(map(int, run["counts"]))
+        if all(member["layers"] == "dense" for member in run["members"]):
+            network.steps = telling_steps(counts)
         with np.load(folder / "bands.npz") as arrays:
             bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
     except Exception as error:  # of a sealed folder that another program wrote; the libraries raise many kinds

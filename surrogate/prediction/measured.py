@@ -23,7 +23,7 @@ from bem.dataset.measurement_steps import FMS
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from bem.scene import Scene
 from surrogate.data.features import edge_from_counts
-from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
+from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectories
 from surrogate.prediction.validity import SHAPE, ExtrapolationWarning, check_history, dwell_ends
 
 if TYPE_CHECKING:
@@ -187,13 +187,13 @@ def predict_measured(
     clock = time.perf_counter()
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         force = model.predict_history(instants, depths, scene, marks)
-    trajectory = predicted_trajectory(
-        instants,
-        depths,
-        force,
+    (trajectory,) = predicted_trajectories(
+        instants[np.newaxis],
+        depths[np.newaxis],
+        force[np.newaxis],
         unloading_from=max(int(depths.argmax()), dwell_ends(depths, marks)[1]),
         seconds=time.perf_counter() - clock,
-        extrapolated=words,
+        extrapolated=[words],
         model=model.name,
     )
     return HistoryPrediction(times, indentations, trajectory, fitted, unlike)

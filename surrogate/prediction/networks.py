@@ -8,6 +8,7 @@ features and scaling itself; the others share those of `surrogate.data`.
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,8 @@ class Network:
     """
 
     batch: int
+    steps: Sequence[int] | slice = slice(None)
+    """The steps that it reads; the channels of the others are not scaled."""
 
     def __init__(self, scaling: Scaling, name: str) -> None:
         self.scaling, self.name = scaling, name
@@ -64,8 +67,9 @@ class Network:
         if ratio is None:
             ratio = self.scaling.modulus_ratio
         found = channels(times, indentations, edge, self.scaling.features, tabor=tabor, modulus_ratio=ratio)
-        scaled = self.scaled(self.scaling.scale_channels(found), self.scaling.scale_tabor(tabor))
-        return self.scaling.unscale_force(scaled)
+        sequence = np.zeros(found.shape, np.float32)
+        sequence[:, self.steps] = self.scaling.scale_channels(found[:, self.steps])
+        return self.scaling.unscale_force(self.scaled(sequence, self.scaling.scale_tabor(tabor)))
 
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Return the scaled force of shape `(batch, steps)`.
@@ -149,6 +153,29 @@ class KerasNetwork(Network):
         from surrogate.export.onnx import file_content
 
         return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
+
+
+def telling_steps(counts: Sequence[int]) -> list[int]:
+    """Steps that tell a history of its protocol, which networks of dense layers read.
+
+    They are those in the middle and at the end of loading and dwell, and four of the unloading, the last one included.
+
+    Args:
+        counts: Points of loading, dwell and unloading.
+
+    Returns:
+        Their eight indices.
+    """
+    # Compiled, so imported by the first such network.
+    from bem.dataset.physical_steps import BEFORE_CROSSING
+
+    loading, dwell, unloading = counts
+    held = loading + dwell
+    before = round(BEFORE_CROSSING * unloading)
+    return [
+        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
+        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
+    ]
 
 
 def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:

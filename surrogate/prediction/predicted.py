@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -25,12 +27,13 @@ class Doubt(NamedTuple):
 
     coverage: float
     scaling: Scaling
-    readings: tuple[float, float, float]
+    readings: Sequence[float]
     """Pull-off force, its time, and the work, which are not those of the steps alone."""
-    half_widths: tuple[float, float, float]
-    """Of the logarithms of pull-off force and pull-off time since the dwell, and of the hysteresis."""
-    bands: tuple[np.ndarray, np.ndarray]
-    """Half-widths of the scaled force at each step by itself, and at all steps at once, shape (steps,)."""
+    half_widths: Sequence[float]
+    """Of the logarithms of pull-off force and pull-off time since the dwell, of the hysteresis, and, as multiples of
+    `shape`, of the scaled force at each step by itself and at all steps at once."""
+    shape: np.ndarray
+    """Shape (steps,)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,7 +120,8 @@ class PredictedTrajectory(Trajectory):
     def _band(self, row: int, sign: float) -> np.ndarray | None:
         if self.doubt is None:
             return None
-        scaling, width = self.doubt.scaling, np.inf if self.extrapolated else self.doubt.bands[row]
+        scaling, half = self.doubt.scaling, self.doubt.half_widths[len(INTERVALS) + row] * self.doubt.shape
+        width = np.inf if self.extrapolated else half
         return scaling.unscale_force(scaling.scale_force(self.force) + sign * width)
 
     @property
@@ -157,29 +161,52 @@ class PredictedTrajectory(Trajectory):
         return found | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
 
 
-def predicted_trajectory(
-    times: np.ndarray, indentations: np.ndarray, force: np.ndarray, *, unloading_from: int, seconds: float, **more: Any
-) -> PredictedTrajectory:
-    """Return the trajectory of one predicted history.
+def predicted_trajectories(
+    times: np.ndarray,
+    indentations: np.ndarray,
+    force: np.ndarray,
+    *,
+    unloading_from: int,
+    seconds: float,
+    extrapolated: Sequence[tuple[str, ...]] = (),
+    model: str = "",
+    modulus_ratios: Sequence[float | None] = (),
+    doubts: Sequence[Doubt | None] = (),
+) -> list[PredictedTrajectory]:
+    """Return the trajectories of predicted histories, which share what is the same for all of them.
 
     Args:
-        times, indentations, force: The history, each of shape `(steps,)`.
+        times, indentations, force: The histories, each of shape `(batch, steps)`.
         unloading_from: Index of the first point of unloading.
-        seconds: Wall-clock time of the prediction, in seconds.
-        more: What `PredictedTrajectory` has beside `bem.Trajectory`, by name.
+        seconds: Wall-clock time of one prediction, in seconds.
+        extrapolated, modulus_ratios, doubts: Fields of `PredictedTrajectory`, one for each or none at all.
+        model: Name of the model.
 
     Returns:
-        The trajectory, with the interface of `bem.Trajectory`.
+        One trajectory for each history, with the interface of `bem.Trajectory`.
     """
-    return PredictedTrajectory(
-        time=times,
-        indentation=indentations,
-        force=force,
-        contact_radius=np.full(len(times), np.nan),
-        status="completed" if np.isfinite(force).all() else "the prediction is not finite",
-        jumps=(),
-        stats=Statistics(seconds=seconds),
-        accuracy=float("nan"),
-        unloading=np.arange(len(times)) >= unloading_from,
-        **more,
-    )
+    steps = times.shape[1]
+    radius, unloading = np.full(steps, np.nan), np.arange(steps) >= unloading_from
+    radius.flags.writeable = unloading.flags.writeable = False
+    stats, finite = Statistics(seconds=seconds), np.isfinite(force).all(axis=1).tolist()
+    more = zip_longest(finite, extrapolated or [()] * len(force), modulus_ratios, doubts)
+    return [
+        PredictedTrajectory(
+            time=time,
+            indentation=indentation,
+            force=values,
+            contact_radius=radius,
+            status="completed" if sound else "the prediction is not finite",
+            jumps=(),
+            stats=stats,
+            accuracy=math.nan,
+            unloading=unloading,
+            extrapolated=outside,
+            model=model,
+            modulus_ratio=ratio,
+            doubt=doubt,
+        )
+        for time, indentation, values, (sound, outside, ratio, doubt) in zip(
+            times, indentations, force, more, strict=True
+        )
+    ]

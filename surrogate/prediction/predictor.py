@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts, edge_from_
 from surrogate.data.scaling import Scaling
 from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork, Network
-from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
+from surrogate.prediction.predicted import Doubt, PredictedTrajectory, predicted_trajectories
 from surrogate.prediction.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
@@ -154,30 +154,32 @@ class Surrogate:
             grid["dwell_time"] = np.maximum(grid["dwell_time"], self.scaling.ranges["dwell_time"][0])
         found: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
-        for still, dwell in ((True, self.counts[1]), (False, 0)):
-            rows = np.flatnonzero((grid["dwell_time"] > 0.0) == still)
-            if not rows.size:
+        for dwell, chosen in ((self.counts[1], grid["dwell_time"] > 0.0), (0, grid["dwell_time"] == 0.0)):
+            if not chosen.any():
                 continue
+            rows = slice(None) if chosen.all() else np.flatnonzero(chosen)
             counts = (self.counts[0], dwell, self.counts[2])
             part, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
             times, indentations = grid_of(self.steps, part, solids, counts)
-            validity.check_history(times, indentations)
-            force = self.network.force(times, indentations, tabor[rows], solids, edge_from_counts(counts, rows.size))
-            doubts: Sequence[Any] = [None] * rows.size
+            edge = edge_from_counts(counts, len(times))
+            force = self.network.force(times, indentations, tabor[rows], solids, edge)
+            doubts: Sequence[Doubt] = ()
             if self.bands is not None:
                 known = part | {"modulus_ratio": solids}
                 doubts = self.bands.around(times, indentations, force, self.scaling, known, counts, coverage)
-            seconds = (time.perf_counter() - clock) / rows.size
-            for row, *history, doubt in zip(rows.tolist(), times, indentations, force, doubts, strict=True):
-                found[row] = predicted_trajectory(
-                    *history,
-                    unloading_from=counts[0] + dwell - 1,
-                    seconds=seconds,
-                    extrapolated=validity.of_history(outside, row),
-                    model=self.name,
-                    modulus_ratio=None if doubt is None else float(ratio[row]),
-                    doubt=doubt,
-                )
+            numbers = np.arange(len(protocols))[rows].tolist()
+            trajectories = predicted_trajectories(
+                times,
+                indentations,
+                force,
+                unloading_from=counts[0] + dwell - 1,
+                seconds=(time.perf_counter() - clock) / len(times),
+                extrapolated=[validity.of_history(outside, row) for row in numbers] if outside else (),
+                model=self.name,
+                modulus_ratios=() if self.bands is None else solids.tolist(),
+                doubts=doubts,
+            )
+            found |= zip(numbers, trajectories, strict=True)
         if outside:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
@@ -204,13 +206,19 @@ class Surrogate:
 
         Raises:
             ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of `bem.protocol`; times
-                do not increase strictly; a mark is neither zero nor one; or as for `predict`.
+                do not increase strictly; a mark is neither zero nor one; a model with bands is given another number of
+                points than it knows; or as for `predict`.
 
         Warns:
             ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).
                 One warning names all such quantities, with the value farthest outside and the range.
         """
         given, found = self._checked(times, indentations, scene, edge)
+        if self.bands is not None and given[0].shape[1] != sum(self.counts):
+            raise ValueError(
+                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
+                f"that {self.name} knows. Received: {given[0].shape[1]} points"
+            )
         validity.warn_of_extrapolation(self.name, found)
         return self.network.force(*given).reshape(np.shape(times))
 

@@ -19,7 +19,7 @@ import hashlib
 import json
 import shlex
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,6 @@ from onnx import numpy_helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import PAPER_RANGES
-from bem.dataset.physical_steps import BEFORE_CROSSING
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, ChosenSteps
 from surrogate.backend import versions
@@ -44,7 +43,7 @@ from surrogate.export.onnx_file import ONNX_NAME, seal_folder, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
-from surrogate.prediction.networks import OnnxNetwork
+from surrogate.prediction.networks import OnnxNetwork, telling_steps
 from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
@@ -61,11 +60,12 @@ SCALED = 60_000
 """Trajectories in the box from which the scaling of a new model is computed."""
 HELD_OUT = (8_000, 14_016)
 """How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
-KINDS = {"fast": "dense", "accurate": "LSTM"}
-"""Layers of the networks that are trained: dense ones see the whole history at once."""
-UNITS = {"fast": (256, 256, 256), "accurate": (128, 64)}
-MIXED = {"accurate": "fast"}
-"""Whose networks a model is the mean of besides its own."""
+Layers = tuple[str, tuple[int, ...]]
+"""Kind and units of the layers of a network; `"dense"` ones see the whole history at once."""
+_DENSE: Layers = ("dense", (256, 256, 256))
+_LSTM: Layers = ("LSTM", (128, 64))
+NETWORKS: dict[str, tuple[Layers, ...]] = {"fast": (_DENSE,), "accurate": (_LSTM, _LSTM, *[_DENSE] * 4)}
+"""The networks whose mean a model is."""
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
@@ -78,7 +78,7 @@ _RECIPE = Recipe(
     peak_weight=20.0,
     cosine=Cosine(warmup_epochs=0.1),
 )
-RECIPES = {"fast": replace(_RECIPE, batch_size=512, epochs=60), "accurate": _RECIPE}
+RECIPES = {"dense": replace(_RECIPE, batch_size=512, epochs=120), "LSTM": _RECIPE}
 
 
 @dataclass(frozen=True)
@@ -149,42 +149,29 @@ def network(kind: str, units: Sequence[int], counts: tuple[int, int, int]) -> ke
     return keras.Model([sequence, tabor], layers.Reshape((sum(counts), 1), name="steps")(force))
 
 
-def telling_steps(counts: tuple[int, int, int]) -> list[int]:
-    """Steps in the middle and at the end of loading and dwell, and four of the unloading, the last one included."""
-    loading, dwell, unloading = counts
-    held = loading + dwell
-    before = round(BEFORE_CROSSING * unloading)
-    return [
-        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
-        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
-    ]
-
-
 def train_model(
     name: str,
-    units: tuple[int, ...],
-    recipe: Recipe | None,
+    networks: Sequence[Layers],
+    recipes: Mapping[str, Recipe],
     data: Data,
     folder: Path,
     *,
     held_out: tuple[int, int] = HELD_OUT,
     start: Path | None = None,
-    beside: Path | None = None,
-    mixed: Path | None = None,
     command: str = "",
     report: Report = lambda *_: None,
 ) -> Path:
-    """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one.
+    """Train the networks whose mean a model is in `folder`, by the recipe of their kind, resuming what is there.
 
-    With `start`, the folder of a published model, training goes on from the weights of its own networks. With `beside`,
-    such a folder too, these stay as they are, and there is one network more, or none without a recipe. Both keep its
-    scaling. With `mixed`, that of another model, its networks join the mean.
+    With `start`, the folder of a published model, training goes on from the weights of its first networks, in its
+    scaling; those of a kind without a recipe stay as they are.
+
+    Returns:
+        The directory `folder/NAME` of the finished model.
     """
     training, choosing, calibrating = data.divided(held_out)
-    counts, published, kind = data.box.points_per_phase, start or beside, KINDS[name]
-    begin: list[list[np.ndarray] | None] = [None]
-    members: list[Member] = []
-    if published is None:
+    counts = data.box.points_per_phase
+    if start is None:
         rows = training[0][1][:SCALED]
         scaling = Scaling.fit(
             physical_channels(data.box, rows, FEATURES),
@@ -195,25 +182,28 @@ def train_model(
             dataset_sha256=data.sha256,
         )
     else:
-        scaling = replace(Scaling.load(published / "scaling.json"), dataset_sha256=data.sha256)
-        own = [one for one in members_of(published) if one[1]["layers"] == kind]
-        begin, members = ([one.get_weights() for one, _ in own], []) if start else (begin, own)
-    place = published or folder
-    asked = {"units": list(units), "dataset": data.sha256, "recipe": recipe and recipe.as_dict()}
-    asked |= {"published": sha256(published / ONNX_NAME)} if published else {}
+        scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
+    begin = [] if start is None else members_of(start)
+    members: list[Member] = []
+    place = start or folder
     with locked(folder):
         choose = joined_examples(choosing, scaling)
-        examples = joined_examples(training, scaling) if recipe else choose
-        for weights in begin if recipe else []:
-            another = replace(recipe, seed=recipe.seed + len(members))
-            model, place = started(lambda: network(kind, units, counts), another.seed), folder / f"{another.seed}"
-            if weights:
-                model.set_weights(weights)
-            progress = fit(model, examples, choose, another, place, facts=asked, report=report)
+        examples = joined_examples(training, scaling) if recipes else choose
+        for number, (kind, units) in enumerate(networks):
+            if kind not in recipes:
+                members.append(begin[number])
+                continue
+            recipe = replace(recipes[kind], seed=recipes[kind].seed + number)
+            facts = {"units": list(units), "dataset": data.sha256, "recipe": recipes[kind].as_dict()}
+            facts |= {"published": sha256(start / ONNX_NAME)} if start else {}
+            model, place = started(lambda one=(kind, units): network(*one, counts), recipe.seed), folder / f"{number}"
+            if start:
+                model.set_weights(begin[number][0].get_weights())
+            progress = fit(model, examples, choose, recipe, place, facts=facts, report=report)
             record = {
                 "layers": kind,
                 "units": list(units),
-                "recipe": another.as_dict(),
+                "recipe": recipe.as_dict(),
                 "best_epoch": progress.best_epoch,
                 "validation_mse": progress.best_mse,
                 "cpu_seconds": progress.spent("cpu_seconds"),
@@ -224,9 +214,6 @@ def train_model(
             bare = network(kind, units, counts)
             bare.set_weights(model.get_weights())
             members.append((bare, record))
-        if mixed:
-            theirs = Scaling.load(mixed / "scaling.json")
-            members += [(rescaled(one, theirs, scaling), record) for one, record in members_of(mixed)]
         target = folder / name
         target.mkdir(exist_ok=True)
         content = network_content([one for one, _ in members], FEATURES, name)
@@ -274,7 +261,7 @@ def judged(trained: OnnxNetwork, parts: list[Part]) -> tuple[np.ndarray, np.ndar
         counts = np.array(dataset.points_per_phase)
         predicted = results(times, indentations, scaling.unscale_force(scaled), counts)
         true = np.stack([dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time", "hysteresis")])
-        known = np.column_stack([*(dataset.protocols[name][rows] for name in KNOWN), predicted[2]])
+        known = np.column_stack([*(dataset.protocols[name][rows] for name in KNOWN), predicted[3]])
         errors = result_errors(predicted, true, times[:, counts[:2].sum() - 1])
         found.append((known, errors.T, np.abs(scaled - one.force[..., 0])))
     known, errors, force = map(np.concatenate, zip(*found, strict=True))
@@ -307,34 +294,17 @@ def members_of(folder: Path) -> list[Member]:
     return found
 
 
-def rescaled(model: keras.Model, old: Scaling, new: Scaling) -> keras.Model:
-    """Return a network of dense layers that computes the same of channels and force in another scaling."""
-    first, last = model.get_layer("dense_1"), model.get_layer("forces")
-    kernel, bias = first.get_weights()
-    (mean, width), (other, size) = (
-        (np.append(one.channel_mean, one.tabor[0]), np.append(one.channel_scale, one.tabor[1])) for one in (old, new)
-    )
-    repeats = len(kernel) // len(mean)
-    shift = np.tile((other - mean) / width, repeats)
-    first.set_weights([kernel * np.tile(size / width, repeats)[:, np.newaxis], bias + shift @ kernel])
-    kernel, bias = last.get_weights()
-    (mean, width), (other, size) = old.force, new.force
-    last.set_weights([kernel * width / size, (bias * width + mean - other) / size])
-    return model
-
-
 def main() -> None:
     """Train the models that the command line names, and publish them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="+", choices=sorted(UNITS))
+    parser.add_argument("names", nargs="+", choices=sorted(NETWORKS))
     for one in Data.__annotations__:
         parser.add_argument(f"--{one}", type=Path, help="what `bem campaign` wrote, see above")
     parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
-    parser.add_argument("--beside", type=Path, help="such a folder; adds a network to the mean that a model is")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
     parser.add_argument("--calibrate", type=Path, help="data set to judge published models on, instead of training")
-    parser.add_argument("--epochs", type=int, help="instead of the recipe's; 0 --beside: only publish again")
+    parser.add_argument("--epochs", type=int, help="instead of the recipe's; 0: only publish again what is there")
     chosen = parser.parse_args()
     if chosen.calibrate:
         for name in chosen.names:
@@ -343,21 +313,18 @@ def main() -> None:
     if missing := [f"--{one}" for one in Data.__annotations__ if getattr(chosen, one) is None]:
         parser.error(f"a training needs {', '.join(missing)}")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
+    epochs = {} if chosen.epochs is None else {"epochs": chosen.epochs}
+    recipes = {} if chosen.epochs == 0 else {kind: replace(one, **epochs) for kind, one in RECIPES.items()}
     for name in chosen.names:
-        read = {one: getattr(chosen, one) for one in (*Data.__annotations__, "epochs", "start", "beside")}
+        read = {one: getattr(chosen, one) for one in (*Data.__annotations__, "epochs", "start")}
         words = [word for one, value in read.items() if value is not None for word in (f"--{one}", str(value))]
-        recipe: Recipe | None = RECIPES[name]
-        if chosen.epochs is not None:
-            recipe = replace(RECIPES[name], epochs=chosen.epochs) if chosen.epochs else None
         made = train_model(
             name,
-            UNITS[name],
-            recipe,
+            NETWORKS[name],
+            recipes,
             data,
             chosen.runs / name,
             start=chosen.start and chosen.start / name,
-            beside=chosen.beside and chosen.beside / name,
-            mixed=chosen.publish / MIXED[name] if name in MIXED else None,
             command=shlex.join(["python", "-m", "surrogate.training.pretrained", name, *words]),
             report=print_epoch,
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bem.lab import ForceCurve
-from surrogate.prediction.predicted import predicted_trajectory
+from surrogate.prediction.predicted import predicted_trajectories
 from tests.bem.test_trajectory import elliptic_loop, trajectory_of
 
 CURVE = ForceCurve(time=[0, 1, 2], indentation=[-1e-9, 5e-9, -2e-9], force=[0.0, -3e-9, 1e-9])
@@ -14,8 +14,8 @@ CURVE = ForceCurve(time=[0, 1, 2], indentation=[-1e-9, 5e-9, -2e-9], force=[0.0,
 
 def prediction(**options):
     time = np.linspace(0.0, 2.0, 5)
-    kept = {"unloading_from": 2, "extrapolated": (), "model": "M1-concat", "seconds": 0.1} | options
-    return predicted_trajectory(time, 1.0 - abs(time - 1.0), np.sin(time), **kept)
+    kept = {"unloading_from": 2, "model": "M1-concat", "seconds": 0.1} | options
+    return predicted_trajectories(time[None], 1.0 - abs(time[None] - 1.0), np.sin(time[None]), **kept)[0]
 
 
 def test_one_line_names_the_result_and_not_its_arrays():
@@ -25,7 +25,7 @@ def test_one_line_names_the_result_and_not_its_arrays():
     assert repr(CURVE) == (
         "<ForceCurve: points 3, duration 2.00 s, deepest indentation 5.00 nm, pull-off force 1.00 nN, positive tension>"
     )
-    assert repr(prediction(extrapolated=("mu above 3.2",))).endswith("outside the training mu above 3.2>")
+    assert repr(prediction(extrapolated=[("mu above 3.2",)])).endswith("outside the training mu above 3.2>")
 
 
 @pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda one: type(one).__name__)

@@ -17,7 +17,7 @@ from bem.plots import COLOURS
 from surrogate import ExtrapolationWarning
 from surrogate.cli.comparison import plot_predictions, solver_errors
 from surrogate.prediction.files import PUBLISHED_BANDED
-from surrogate.prediction.predicted import INTERVALS, predicted_trajectory
+from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
 from surrogate.prediction.predictor import Surrogate
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
@@ -212,8 +212,8 @@ def test_of_several_cycles_the_last_unloading_is_compared():
     instants, depths = np.array([0.0, 1.0, 1.1, 2.1, 12.1]), np.array([-3.0, 5.0, -3.0, 6.0, -3.0])
     simulated = simulate(SCENE, PiecewiseLinearProtocol(instants, depths), "draft")
     times = np.unique(np.concatenate([instants, np.linspace(0.0, 12.1, 2000)]))
-    history = times, np.interp(times, instants, depths), simulated.at(times)
-    predicted = predicted_trajectory(*history, unloading_from=int(np.searchsorted(times, 2.1)), seconds=0.0)
+    history = np.array([times, np.interp(times, instants, depths), simulated.at(times)])[:, np.newaxis]
+    (predicted,) = predicted_trajectories(*history, unloading_from=int(np.searchsorted(times, 2.1)), seconds=0.0)
     assert simulated.pull_off_force > 1.5 * predicted.pull_off_force
     assert solver_errors(predicted, simulated)["pull_off_percent"] < 1.0
     status, *errors = solver_errors(predicted, dataclasses.replace(simulated, status="stopped")).values()
@@ -248,7 +248,8 @@ def test_each_phase_has_the_width_that_the_solver_gives_it(drawn):
     ramp = {"peak_indentation": 5.0, "loading_rate": 10.0, "dwell_time": 1.0}
     simulated = [simulate(SCENE, LoadingProtocol(**ramp, unloading_rate=rate), "draft") for rate in (0.01, 0.02)]
     kept = {"unloading_from": 0, "model": "fast", "seconds": 0.0}
-    predicted = [predicted_trajectory(one.time, one.indentation, one.force, **kept) for one in simulated]
+    histories = [np.array([one.time, one.indentation, one.force])[:, np.newaxis] for one in simulated]
+    predicted = [predicted_trajectories(*history, **kept)[0] for history in histories]
     plot_predictions(Path("a.png"), predicted[:1], simulated[:1])
     plot_predictions(Path("b.png"), predicted, simulated)
     one, several = (figure.axes[0] for figure in drawn)

@@ -21,7 +21,7 @@ from surrogate.export.onnx_file import checked_content, is_intact, session_of
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.prediction.bands_graph import add_bands, banded_content
 from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
-from surrogate.prediction.predicted import INTERVALS, predicted_trajectory
+from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 
@@ -82,9 +82,7 @@ def of_force(model, inputs, solids, force):
     """What the predictor says of a force, by output."""
     turn, histories = sum(model.counts[:2]) - 1, (inputs["times"], inputs["indentations"], force)
     doubts = model.bands.around(*histories, model.scaling, solids, model.counts, 0.9)
-    known = {"unloading_from": turn, "extrapolated": (), "model": "", "seconds": 0.0}
-    rows = zip(*histories, doubts, strict=True)
-    found = [predicted_trajectory(*row, **known, doubt=doubt) for *row, doubt in rows]
+    found = predicted_trajectories(*histories, unloading_from=turn, seconds=0.0, doubts=doubts)
     with np.errstate(over="ignore"):  # intervals of sharp peaks have no end
         return {name: np.array([getattr(one, name) for one in found]) for name in OUTPUTS}
 

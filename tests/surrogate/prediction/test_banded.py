@@ -57,6 +57,15 @@ def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
     np.testing.assert_array_equal(banded.predict_history(found.time, found.indentation, SCENE), found.force)
 
 
+@pytest.mark.parametrize("count", [20, 120])
+def test_a_history_of_another_number_of_points_is_refused(banded, count):
+    times = np.linspace(0.0, 1.0, count)
+    with pytest.raises(
+        ValueError, match=rf"Expected histories at the 102 steps .* fast knows. Received: {count} points"
+    ):
+        banded.predict_history(times, 1.0 - abs(times - 0.5), SCENE)
+
+
 def test_bands_contain_the_prediction_and_widen_with_coverage(banded):
     narrow, wide = (banded.predict(SCENE, LOADING, coverage=coverage) for coverage in (0.5, 0.95))
     for found in (narrow, wide):
@@ -203,13 +212,22 @@ def test_readings_of_the_solvers_own_forces_are_the_solvers_results(changes, rat
     true = simulate(Scene(1.0, StandardLinearSolid(ratio)), protocol(**changes))
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL | changes, modulus_ratio=ratio)
     force = true.at(np.minimum(times[0], true.time[-1]))[np.newaxis]
-    (pull_off,), (instant,), (sharpness,), (work,), (pressing,) = results(times, indentations, force, np.array(COUNTS))
+    found = results(times, indentations, force, np.array(COUNTS))
+    (pull_off,), (instant,), (work,), (sharpness,), (unit,) = found
     assert pull_off == pytest.approx(true.pull_off_force, rel=0.02)
     assert pull_off >= force.max()
     assert instant == pytest.approx(true.pull_off_time, rel=0.01)
     assert work == pytest.approx(true.hysteresis, rel=0.05)
     assert 0.0 <= sharpness < 0.5
-    assert pressing == pytest.approx(-np.trapezoid(force[0, :22], indentations[0, :22]), rel=0.05, abs=0.1)
+    assert unit == pytest.approx(work)
+
+
+def test_a_small_loop_is_judged_by_the_work_of_loading():
+    times, indentations = physical_grid(tabor=1.0, **PROTOCOL, modulus_ratio=0.1)
+    # Proportional to the indentation on both ways: no loop.
+    found = results(times, indentations, -2.0 * indentations, np.array(COUNTS))
+    assert found[2, 0] == pytest.approx(0.0, abs=1e-9)
+    assert found[4, 0] == pytest.approx(0.01 * (20.0**2 - indentations[0, 0] ** 2))
 
 
 BOX = dict.fromkeys(KNOWN, (0.1, 1000.0)) | {"modulus_ratio": (9e-5, 0.9)}
@@ -228,6 +246,13 @@ def drawn(count, seed, corners=0):
     return known, errors, size[:, np.newaxis] * np.abs(rng.normal(size=(len(known), 5)))
 
 
+def widths_of(bands, known, coverage):
+    """Half-widths by name, those of bands at every step."""
+    half, rows = bands.half_widths(known, coverage)
+    found = dict(zip((*RESULTS, *BANDS), half, strict=True))
+    return found | {name: found[name][:, np.newaxis] * bands.shape[rows] for name in BANDS}
+
+
 def calibrated(count=20_000, seed=0, fitted=4000, corners=400):
     return Bands.calibrate(BOX, *drawn(count, seed, corners), fitted)
 
@@ -239,7 +264,7 @@ def test_intervals_cover_as_asked_in_easy_and_hard_cases_and_in_every_corner():
     assert np.bincount(corner[20_000:]).tolist() == [300] * CORNERS
     box = np.arange(len(known)) < 20_000
     for coverage in (0.5, 0.77, 0.9, 0.99):
-        widths = bands.widths(known, coverage)
+        widths = widths_of(bands, known, coverage)
         inside = [error <= widths[name] for name, error in zip(RESULTS, errors, strict=True)]
         inside += [force <= widths["force"], (force <= widths["curve"]).all(axis=1)]
         for chosen in (box & (known[:, 4] > 100.0), box & (known[:, 4] < 1.0)):
@@ -262,7 +287,7 @@ def test_intervals_of_nearly_elastic_solids_cover_where_errors_jump():
     for number, low in enumerate(NEARLY_ELASTIC):
         high = [*NEARLY_ELASTIC, 2.0][number + 1]
         np.testing.assert_array_equal(own == CORNERS + GROUPS + number, (low <= known[:, 5]) & (known[:, 5] < high))
-        widths = bands.widths(known, 0.9)
+        widths = widths_of(bands, known, 0.9)
         for name, error in zip(RESULTS, errors, strict=True):
             assert 0.87 < (error <= widths[name])[own == CORNERS + GROUPS + number].mean() < 0.94
 
@@ -271,7 +296,7 @@ def test_more_coverage_is_a_wider_band_and_the_whole_curve_a_wider_one():
     bands, (known, *_) = calibrated(4000, fitted=1000), drawn(50, 2)
     before = dict.fromkeys((*RESULTS, *BANDS), 0.0)
     for coverage in (0.3, 0.6, 0.82, 0.9, 0.96, 0.99):
-        widths = bands.widths(known, coverage)
+        widths = widths_of(bands, known, coverage)
         assert all(np.all(widths[name] > before[name]) for name in before)
         assert np.all(widths["curve"] > widths["force"])
         before = widths
@@ -287,7 +312,9 @@ def test_few_errors_are_no_reason_for_a_narrow_band():
 def test_what_is_stored_gives_the_same_bands():
     bands, (known, *_) = calibrated(4000, fitted=1000), drawn(50, 2)
     again = Bands(**{name: values.astype(np.float64) for name, values in bands.as_arrays().items()})
-    np.testing.assert_allclose(again.widths(known, 0.9)["pull_off"], bands.widths(known, 0.9)["pull_off"], rtol=1e-4)
+    np.testing.assert_allclose(
+        widths_of(again, known, 0.9)["pull_off"], widths_of(bands, known, 0.9)["pull_off"], rtol=1e-4
+    )
 
 
 def test_quantiles_of_other_cells_are_refused():
@@ -297,8 +324,8 @@ def test_quantiles_of_other_cells_are_refused():
 
 
 def test_errors_are_in_the_units_of_their_intervals():
-    # Pull-off, time, sharpness, work and work of loading, of a closed loop and of an open one.
-    found = np.array([[2.0, 2.0], [3.0, 3.0], [0.1, 0.1], [-4.0, 0.5], [100.0, 100.0]])
+    # Pull-off, time, work, sharpness and unit, of a closed loop and of an open one.
+    found = np.array([[2.0, 2.0], [3.0, 3.0], [-4.0, 0.5], [0.1, 0.1], [4.0, 1.0]])
     true = np.array([[2.0, 1.0], [3.0, 5.0], [4.4, 0.3]])
     errors = result_errors(found, true, np.ones(2))
     assert errors == pytest.approx(np.array([[0.0, np.log(2.0)], [0.0, np.log(2.0)], [0.1, 0.2]]))

@@ -20,7 +20,7 @@ from surrogate.data.features import edge_from_counts
 from surrogate.prediction import validity
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.networks import KerasNetwork
-from surrogate.prediction.predicted import FORCE_DOUBT, predicted_trajectory
+from surrogate.prediction.predicted import FORCE_DOUBT, predicted_trajectories
 from surrogate.prediction.predictor import ExtrapolationWarning, Surrogate
 from surrogate.prediction.stream import AGREEMENT
 from surrogate.prediction.validity import RANGE_TOLERANCE, excesses, history_quantities
@@ -238,8 +238,8 @@ def test_trajectories_resemble_the_solver_s(published):
 
 
 def ending(force, *, depth=-4.0):
-    history = np.arange(3.0), np.array([depth, 2.0, depth]), np.array([0.0, -3.0, force])
-    return predicted_trajectory(*history, unloading_from=1, seconds=0.0, model="M1-concat")
+    history = np.array([[[0.0, 1.0, 2.0]], [[depth, 2.0, depth]], [[0.0, -3.0, force]]])
+    return predicted_trajectories(*history, unloading_from=1, seconds=0.0, model="M1-concat")[0]
 
 
 def test_detachment_of_a_prediction_follows_from_the_force_alone():

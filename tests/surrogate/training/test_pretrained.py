@@ -5,28 +5,22 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from surrogate.data.scaling import symlog
 from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
 from tests.surrogate.prediction.conftest import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
-RECIPE = replace(pretrained.RECIPES["accurate"], epochs=1, batch_size=16)
+RECIPE = replace(pretrained.RECIPES["LSTM"], epochs=1, batch_size=16)
+DENSE, LSTM = ("dense", (6,)), ("LSTM", (6,))
 
 PROTOCOL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
 ELASTIC = {"modulus_ratio": np.full(COUNT, 1.0)}
 
 
-def train(data, folder, recipe=RECIPE, held_out=(16, 40), name="fast", **given):
-    return pretrained.train_model(name, (6,), recipe, data, folder, held_out=held_out, **given)
-
-
-def assert_streams(model, own):
-    """A stream of `model` has the forces that `own` predicts."""
-    predicted, stream = own.predict(SCENE, PROTOCOL), model.stream(SCENE)
-    edge = np.isin(np.arange(102), [21, 29])
-    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), predicted.force, rtol=1e-4)
+def train(data, folder, recipe=RECIPE, held_out=(16, 40), networks=(DENSE,), **given):
+    recipes = {kind: recipe for kind, _ in networks if recipe}
+    return pretrained.train_model("fast", networks, recipes, data, folder, held_out=held_out, **given)
 
 
 @pytest.fixture(scope="module")
@@ -60,50 +54,44 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert np.all(again[:, -1, 0] != model.bands.quantiles[:, -1, 0])
 
 
-@pytest.mark.parametrize("name", ["fast", "accurate"])
-def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, name):
-    first = train(data, tmp_path / "first", name=name)
-    ((network, _),) = pretrained.members_of(first)
-    model = load_banded(first)
-    sequence, tabor = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
-    np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
-    again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), name=name, start=first)
-    old, new = (pretrained.members_of(path)[0][0].get_weights() for path in (first, again))
-    for one, other in zip(old, new, strict=True):
+@pytest.mark.parametrize("kind", ["dense", "LSTM"])
+def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, kind):
+    networks = ((kind, (6,)),)
+    first = train(data, tmp_path / "first", networks=networks * 2)
+    (network, _), _ = pretrained.members_of(first)
+    again = train(data, tmp_path / "again", replace(RECIPE, learning_rate=1e-9), networks=networks, start=first)
+    ((same, record),) = pretrained.members_of(again)
+    for one, other in zip(network.get_weights(), same.get_weights(), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
-    assert json.loads((again / "run.json").read_text())["members"][0]["start_sha256"]
+    assert record["start_sha256"]
 
 
-@pytest.mark.parametrize("name", ["fast", "accurate"])
-def test_a_network_beside_published_ones_makes_the_model_their_mean(data, tmp_path, name):
-    first = train(data, tmp_path / "first", name=name)
-    both = train(data, tmp_path / "both", replace(RECIPE, learning_rate=1e-9), name=name, beside=first)
-    given = np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4"), np.ones((2, 1), "f4")
-    forces = [np.asarray(network(list(given)))[..., 0] for network, _ in pretrained.members_of(both)]
-    model = load_banded(both)
+def test_a_model_is_the_mean_of_its_networks_and_streams_those_that_need_no_later_steps(data, tmp_path):
+    networks = (LSTM, DENSE, DENSE)
+    folder = train(data, tmp_path / "all", networks=networks)
+    model, given = load_banded(folder), np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4")
+    tabor = np.ones((2, 1), "f4")
+    forces = [np.asarray(network([given, tabor]))[..., 0] for network, _ in pretrained.members_of(folder)]
     assert np.ptp(forces, axis=0).max() > 1e-3
-    np.testing.assert_allclose(np.mean(forces, axis=0), model.network.scaled(*given), atol=1e-5)
-    np.testing.assert_allclose(forces[0], load_banded(first).network.scaled(*given), atol=1e-5)
-    members = json.loads((both / "run.json").read_text())["members"]
-    assert [one["recipe"]["seed"] for one in members] == [0, 1]
-    if name == "accurate":
-        assert_streams(model, model)
+    np.testing.assert_allclose(np.mean(forces, axis=0), model.network.scaled(given, tabor), atol=1e-5)
+    members = json.loads((folder / "run.json").read_text())["members"]
+    assert [(one["layers"], one["recipe"]["seed"]) for one in members] == [("LSTM", 0), ("dense", 1), ("dense", 2)]
+    predicted, stream = model.predict(SCENE, PROTOCOL), model.stream(SCENE)
+    again = load_banded(train(data, tmp_path / "again", None, networks=networks, start=folder))
+    np.testing.assert_array_equal(again.predict(SCENE, PROTOCOL).force, predicted.force)
+    causal = load_banded(train(data, tmp_path / "causal", None, networks=(LSTM,), start=folder))
+    expected = causal.predict(SCENE, PROTOCOL).force
+    assert np.abs(expected - predicted.force).max() > 1e-3
+    edge = np.isin(np.arange(102), [21, 29])
+    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), expected, rtol=1e-4)
 
 
-def test_a_mean_with_networks_of_another_model_has_their_forces_and_streams_its_own(data, tmp_path):
-    other = replace(data.box, protocols={**data.box.protocols, "tabor": 1.1 * data.box.protocols["tabor"]})
-    dense = train(replace(data, box=other), tmp_path / "dense")
-    recurrent = train(data, tmp_path / "recurrent", name="accurate")
-    mixed = train(data, tmp_path / "mixed", None, name="accurate", beside=recurrent, mixed=dense)
-    fast, slow, mean = (load_banded(path) for path in (dense, recurrent, mixed))
-    assert fast.scaling.tabor != slow.scaling.tabor
-    parts = [symlog(one.predict(SCENE, PROTOCOL).force) for one in (fast, slow, mean)]
-    np.testing.assert_allclose(0.5 * (parts[0] + parts[1]), parts[2], atol=1e-5)
-    assert_streams(mean, slow)
-    kinds = [one["layers"] for one in json.loads((mixed / "run.json").read_text())["members"]]
-    assert kinds == ["LSTM", "dense"]
-    again = train(data, tmp_path / "again", None, name="accurate", beside=mixed, mixed=dense)
-    np.testing.assert_allclose(symlog(load_banded(again).predict(SCENE, PROTOCOL).force), parts[2], atol=1e-6)
+def test_networks_of_dense_layers_are_given_the_steps_that_they_read(data, tmp_path):
+    model = load_banded(train(data, tmp_path))
+    assert len(model.network.steps) == 8
+    found = model.predict(SCENE, PROTOCOL).force
+    model.network.steps = slice(None)
+    np.testing.assert_array_equal(model.predict(SCENE, PROTOCOL).force, found)
 
 
 def test_a_network_of_the_whole_history_does_not_stream(data, tmp_path):
