@@ -11,7 +11,7 @@ MAKEFLAGS += --no-builtin-rules
 # What a user may set. It reaches the shell and names files, so that it is plain words: several of NAMES, else one.
 NAMES := ONLY MORE_MODELS PRETRAINED
 SETTINGS := $(NAMES) MODEL RECIPE EPOCHS JOBS COUNT EXTRA OUT PUBLISHED CONFIGS SMOKE SCRATCH REPORT VENV TEST_WORKERS \
-	BUSY HOURS START WAY DEMO_MODEL DEMO_PORT
+	BUSY HOURS START DEMO_MODEL DEMO_PORT
 UNPLAIN := ; & | < > ( ) { } [ ] * ? ! ' " ` \ % : = $$ \#
 faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $(subst [$(strip $(2))],,[$(2)]) \
 	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \
@@ -175,9 +175,9 @@ model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8
 more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c model-large)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 ANY := $(OUT)/dataset/any_solid
-pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners elastic)  ## Train `fast` and `accurate` on from START (no: anew; WAY=beside: a network more) and publish them (simulates 527,168 trajectories first)
+pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners elastic)  ## Train `fast` and `accurate` on from START (no: anew) and publish them (simulates 527,168 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep faint corners elastic,--$(set) $(ANY)_$(set).h5) \
-		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --$(or $(WAY),start) ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
+		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces

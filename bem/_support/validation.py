@@ -1,5 +1,6 @@
 """Small validators whose messages name the quantity, what is allowed and what was received."""
 
+import math
 from numbers import Real
 from operator import ge, gt, le, lt
 from typing import Any
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bem._support.wording import shown
 
 FloatArray = NDArray[np.float64]
+_TRUTH = (bool, np.bool_)
 _LARGEST_WHOLE_NUMBER = 2**63 - 1
 
 
@@ -46,12 +48,12 @@ def finite_number(
         ValueError: naming the quantity, the allowed range and the value received.
     """
     try:
-        number = float(value) if isinstance(value, Real) and not isinstance(value, bool | np.bool_) else np.nan
+        number = float(value) if isinstance(value, Real) and not isinstance(value, _TRUTH) else math.nan
     except OverflowError:
-        number = np.inf
+        number = math.inf
     bounds = (("greater than", above, gt), ("at least", low, ge), ("less than", below, lt), ("at most", high, le))
     given = [(words, limit, holds) for words, limit, holds in bounds if limit is not None]
-    if not (np.isfinite(number) and all(holds(number, limit) for _, limit, holds in given)):
+    if not math.isfinite(number) or any(not holds(number, limit) for _, limit, holds in given):
         allowed = " and ".join(f"{words} {limit:g}" for words, limit, _ in given)
         raise ValueError(f"{name} must be a finite number{' ' if allowed else ''}{allowed}; received {shown(value)}")
     return number

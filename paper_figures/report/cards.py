@@ -101,6 +101,7 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
         "pretrained_card",
         name=folder.name,
         run=run,
+        networks="the mean of the networks" if len(run["members"]) > 1 else "the network",
         recipes="\n".join(TRAINED.format(**one) for one in run["members"]),
         measured=measured,
         coverage=100 * measured["coverage"],

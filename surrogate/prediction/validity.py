@@ -202,6 +202,8 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     low, high = np.empty_like(values), np.empty_like(values)
     for row, name in enumerate(names):
         low[row], high[row] = bounds[name]
+    if ((values >= low) & (values <= high)).all():
+        return []
     below, above = low - values, values - high
     outside = (below > RANGE_TOLERANCE * np.abs(low)) | (above > RANGE_TOLERANCE * np.abs(high))
     if not outside.any():
