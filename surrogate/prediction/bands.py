@@ -120,18 +120,13 @@ class Bands:
 
         The arguments are those of `calibrate`.
         """
-        sizes, groups, cells = self._expected(known)
+        sizes, groups, cells = _judged(known, self.ranges, self.coefficients, self.edges)
         judged, quantiles = force_errors / self.shape[groups[len(RESULTS)]], self.quantiles.copy()
         for row, error in enumerate([*errors, judged, judged.max(axis=1)]):
             ratio = (error.T / sizes[row]).T
             for one in np.unique(cells[row]):
                 quantiles[row, one] = _quantiles(ratio[cells[row] == one])
         return replace(self, quantiles=quantiles)
-
-    def _expected(self, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Expected errors, numbers of groups and numbers of cells, each (5, batch)."""
-        found: tuple[np.ndarray, np.ndarray, np.ndarray] = _judged(known, self.ranges, self.coefficients, self.edges)
-        return found
 
     def half_widths(self, known: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
         """Return half-widths, and the row of `shape` of which those of `BANDS` are multiples.
