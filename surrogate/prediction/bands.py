@@ -4,8 +4,8 @@ An error is judged in units of its expected size: the exponential of a polynomia
 the predicted peak, fitted to some trajectories. Other trajectories are divided into cells: each corner of the ranges
 (the outermost fifth of every one of them) is a cell, so is each of three ranges of nearly elastic solids, whose loop is
 a small difference of large works, and the rest is divided into groups of equal size by that expected size. In each cell
-the quantiles of the judged errors give the half-widths. Their rank has the correction for finite numbers and one
-standard deviation more, so that intervals cover as they should at each place, not only on average.
+the quantiles of the judged errors give the half-widths. Their rank has the correction for finite numbers and two
+standard deviations more, so that intervals cover as they should at each place, not only on average.
 Source: V. Vovk, A. Gammerman and G. Shafer, Algorithmic Learning in a Random World (2005), chapter 4 (Mondrian
 conformal predictors).
 """
@@ -317,10 +317,10 @@ def _half_widths(
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:
-    """Quantiles at `LEVELS` of errors of any shape, by the rank level (n + 1) and one standard deviation of it more."""
+    """Quantiles at `LEVELS` of errors of any shape, by the rank level (n + 1) and two of its standard deviations."""
     ordered = np.sort(errors, axis=None)
     count = len(errors)
     levels = np.array(LEVELS)
-    share = (levels * (count + 1) + np.sqrt(count * levels * (1.0 - levels))) / count
+    share = (levels * (count + 1) + 2.0 * np.sqrt(count * levels * (1.0 - levels))) / count
     ranks = np.ceil(share * ordered.size).astype(int)
     return ordered[np.clip(ranks, 1, ordered.size) - 1]
