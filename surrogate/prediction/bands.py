@@ -43,6 +43,7 @@ UNSEEN = 1e3
 RESULTS = ("pull_off", "pull_off_time", "hysteresis")
 BANDS = ("force", "curve")
 """Intervals of results, and bands of the scaled force: at each step by itself, and of all steps at once."""
+_ROWS = np.arange(len(RESULTS + BANDS))[:, np.newaxis]
 LEAST = 1e-4
 """Of a quantity, for its logarithm."""
 FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
@@ -139,10 +140,11 @@ class Bands:
             Half-widths of `RESULTS`, in the units of `result_errors`, and of `BANDS`, shape `(5, batch)`; the rows,
             shape `(batch,)`.
         """
-        found: tuple[np.ndarray, np.ndarray] = _half_widths(
-            known, self.ranges, self.coefficients, self.edges, self.quantiles, *_level(coverage)
-        )
-        return found
+        half, groups, cells = _judged(known, self.ranges, self.coefficients, self.edges)
+        right, part = _level(coverage)
+        below, above = (self.quantiles[_ROWS, cells, level] for level in (right - 1, right))
+        half *= (1.0 - part) * below + part * above
+        return half, groups[len(RESULTS)]
 
     def quantiles_at(self, coverage: float) -> np.ndarray:
         """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CELLS)`."""
@@ -295,25 +297,6 @@ def _judged(
             sizes[kind, row] = math.exp(size)
             cells[kind, row] = own[row] if own[row] >= 0 else CORNERS + groups[kind, row]
     return sizes, groups, cells
-
-
-@kernel
-def _half_widths(
-    known: np.ndarray,
-    bounds: np.ndarray,
-    coefficients: np.ndarray,
-    edges: np.ndarray,
-    quantiles: np.ndarray,
-    right: int,
-    part: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Half-widths (5, batch) at a place between two levels, and the group (batch,) of the force."""
-    half, groups, cells = _judged(known, bounds, coefficients, edges)
-    for kind in range(len(half)):
-        for row in range(len(known)):
-            below, above = quantiles[kind, cells[kind, row], right - 1], quantiles[kind, cells[kind, row], right]
-            half[kind, row] *= (1.0 - part) * below + part * above
-    return half, groups[len(RESULTS)]
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:
