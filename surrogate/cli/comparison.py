@@ -68,9 +68,11 @@ def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
         f"trajectory {number}: pull-off force {found.pull_off_force:.5g}{interval} at time {found.pull_off_time:.5g}, "
         f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
     )
+    if not found.completed:
+        return f"trajectory {number}: {found.status}{band}"
     if found.work() < 0.0:
         line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
-    if found.completed and not found.detached:
+    if not found.detached:
         line += ", still attached at the end: the pull-off force is the largest so far"
     line += band
     if check is None:
@@ -106,9 +108,10 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
         `solver_status`, the status of the simulation, and the errors by name. Those of pull-off force and hysteresis
         are in percent, against the value of the solver and against that of the solver's force at the measurement steps
         (`_on_steps`); they differ where a peak is narrower than a step. `force_rms` is the root mean square difference
-        of the force as a fraction of its range. Errors are NaN if the simulation did not finish.
+        of the force as a fraction of its range. Errors are NaN if the simulation did not finish or the
+        prediction is not finite.
     """
-    force = np.where(simulated.completed, solver_force(predicted.time, simulated), np.nan)
+    force = np.where(simulated.completed and predicted.completed, solver_force(predicted.time, simulated), np.nan)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
     pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
     area = abs(float(np.trapezoid(force, predicted.indentation)))

@@ -41,8 +41,9 @@ def symlog(values: np.ndarray) -> np.ndarray:
 
 
 def symexp(values: np.ndarray) -> np.ndarray:
-    """Return sign(y) (exp(|y|) - 1) element by element, the inverse of `symlog`."""
-    return np.copysign(np.expm1(np.abs(values)), values)
+    """Return sign(y) (exp(|y|) - 1) element by element, the inverse of `symlog`; infinite where y is above some 700."""
+    with np.errstate(over="ignore"):
+        return np.copysign(np.expm1(np.abs(values)), values)
 
 
 @dataclass(frozen=True)

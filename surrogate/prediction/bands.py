@@ -62,7 +62,7 @@ class Bands:
         quantiles: Of the judged errors of `RESULTS` and `BANDS`, shape `(5, CELLS, len(LEVELS))`.
 
     Raises:
-        ValueError: The quantiles have another shape.
+        ValueError: An array has another shape.
     """
 
     ranges: np.ndarray
@@ -74,8 +74,18 @@ class Bands:
     """The largest share of true values that bands can be asked to contain."""
 
     def __post_init__(self) -> None:
-        if self.quantiles.shape != (wanted := (len(RESULTS + BANDS), CELLS, len(LEVELS))):
-            raise ValueError(f"Expected quantiles of shape {wanted}. Received: shape {self.quantiles.shape}")
+        # Compiled code reads them without a check.
+        kinds = len(RESULTS + BANDS)
+        wanted = {
+            "ranges": (len(KNOWN), 2),
+            "coefficients": (kinds, FACTORS.shape[1]),
+            "edges": (kinds, GROUPS - 1),
+            "shape": (GROUPS, *self.shape.shape[-1:]),
+            "quantiles": (kinds, CELLS, len(LEVELS)),
+        }
+        for name, shape in wanted.items():
+            if (found := getattr(self, name).shape) != shape:
+                raise ValueError(f"Expected {name} of shape {shape}. Received: shape {found}")
 
     @classmethod
     def calibrate(
@@ -214,7 +224,8 @@ def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, coun
 
     The pull-off force is the top of the parabola through the highest step of the unloading and its neighbours; the
     sharpness is by how much the higher one of these is less, as a share. The work is the integral of -P d(indentation)
-    of monotone cubics, phase by phase. The unit is its size, or a hundredth of the work of loading if this is more.
+    of monotone cubics, phase by phase. The unit is the absolute work, or a hundredth of that of loading if this is
+    more.
 
     Returns:
         Array of shape (5, batch).

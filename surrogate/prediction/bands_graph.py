@@ -146,7 +146,7 @@ def _work(times: Value, indentations: Value, force: Value) -> Value:
 
 
 def _half_widths(known: Value, bands: Bands) -> tuple[Value, Value]:
-    """Half-widths of `RESULTS` and `BANDS`, and their groups, each (batch, 5), as of `Bands.widths`."""
+    """Half-widths of `RESULTS` and `BANDS`, and their groups, each (batch, 5), as of `Bands.half_widths`."""
     low, high = np.log(bands.ranges).T
     logarithms = known.to("Max", LEAST).to("Log")
     quantities = logarithms.columns(0, len(KNOWN))

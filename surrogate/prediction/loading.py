@@ -5,6 +5,7 @@ Every ONNX file has a checksum and those of files beside it (`surrogate.export.o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.export import onnx_file
 from surrogate.prediction.bands import Bands
 from surrogate.prediction.files import BANDED, BANDED_FILES, WEIGHTS, existing, find_model, read_run
-from surrogate.prediction.networks import Network, OnnxNetwork, keras_network, telling_steps
+from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
 
 BACKENDS = ("onnx", "keras")
@@ -58,17 +59,25 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         network = OnnxNetwork(content, scaling, folder.name, threads, session)
         if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
             raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
-        loading, dwell, unloading = counts = tuple(map(int, run["counts"]))
-        if all(member["layers"] == "dense" for member in run["members"]):
-            network.steps = telling_steps(counts)
+        loading, dwell, unloading = map(int, run["counts"])
+        network.steps = _steps_read(run.get("steps"), loading + dwell + unloading)
         with np.load(folder / "bands.npz") as arrays:
             bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
+        if bands.shape.shape[1] != loading + dwell + unloading:
+            raise ValueError(f"bands of {bands.shape.shape[1]} steps")
     except Exception as error:  # of a sealed folder that another program wrote; the libraries raise many kinds
         raise ValueError(
             f"Expected a folder of `make pretrained`; {remedy}. Received: {path}, whose folder has "
             f"other files ({shortened(str(error))})"
         ) from error
     return Surrogate(network, steps="physical", counts=(loading, dwell, unloading), bands=bands)
+
+
+def _steps_read(given: Any, count: int) -> Sequence[int] | slice:
+    """Return the steps that a network reads, all of them if its folder is older than this entry of `run.json`."""
+    if given is None:
+        return slice(None)
+    return [whole_number("steps", one, low=0, high=count - 1) for one in given]
 
 
 def _network(place: Path, backend: str, threads: int) -> Network:

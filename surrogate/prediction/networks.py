@@ -41,7 +41,7 @@ class Network:
 
     batch: int
     steps: Sequence[int] | slice = slice(None)
-    """The steps that it reads; the channels of the others are not scaled."""
+    """Steps whose channels the network reads; those of all others are passed as zeros."""
 
     def __init__(self, scaling: Scaling, name: str) -> None:
         self.scaling, self.name = scaling, name
@@ -153,29 +153,6 @@ class KerasNetwork(Network):
         from surrogate.export.onnx import file_content
 
         return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
-
-
-def telling_steps(counts: Sequence[int]) -> list[int]:
-    """Steps that tell a history of its protocol, which networks of dense layers read.
-
-    They are those in the middle and at the end of loading and dwell, and four of the unloading, the last one included.
-
-    Args:
-        counts: Points of loading, dwell and unloading.
-
-    Returns:
-        Their eight indices.
-    """
-    # Compiled, so imported by the first such network.
-    from bem.dataset.physical_steps import BEFORE_CROSSING
-
-    loading, dwell, unloading = counts
-    held = loading + dwell
-    before = round(BEFORE_CROSSING * unloading)
-    return [
-        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
-        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
-    ]
 
 
 def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -120,8 +119,9 @@ class PredictedTrajectory(Trajectory):
     def _band(self, row: int, sign: float) -> np.ndarray | None:
         if self.doubt is None:
             return None
-        scaling, half = self.doubt.scaling, self.doubt.half_widths[len(INTERVALS) + row] * self.doubt.shape
-        width = np.inf if self.extrapolated else half
+        if self.extrapolated:
+            return np.full(len(self.force), sign * np.inf)
+        scaling, width = self.doubt.scaling, self.doubt.half_widths[len(INTERVALS) + row] * self.doubt.shape
         return scaling.unscale_force(scaling.scale_force(self.force) + sign * width)
 
     @property
@@ -173,7 +173,7 @@ def predicted_trajectories(
     modulus_ratios: Sequence[float | None] = (),
     doubts: Sequence[Doubt | None] = (),
 ) -> list[PredictedTrajectory]:
-    """Return the trajectories of predicted histories, which share what is the same for all of them.
+    """Return the trajectories of predicted histories.
 
     Args:
         times, indentations, force: The histories, each of shape `(batch, steps)`.
@@ -187,20 +187,19 @@ def predicted_trajectories(
     """
     steps = times.shape[1]
     radius, unloading = np.full(steps, np.nan), np.arange(steps) >= unloading_from
-    radius.flags.writeable = unloading.flags.writeable = False
-    stats, finite = Statistics(seconds=seconds), np.isfinite(force).all(axis=1).tolist()
-    more = zip_longest(finite, extrapolated or [()] * len(force), modulus_ratios, doubts)
+    finite, none = np.isfinite(force).all(axis=1).tolist(), [None] * len(force)
+    more = zip(finite, extrapolated or [()] * len(force), modulus_ratios or none, doubts or none, strict=True)
     return [
         PredictedTrajectory(
             time=time,
             indentation=indentation,
             force=values,
-            contact_radius=radius,
+            contact_radius=radius.copy(),
             status="completed" if sound else "the prediction is not finite",
             jumps=(),
-            stats=stats,
+            stats=Statistics(seconds=seconds),
             accuracy=math.nan,
-            unloading=unloading,
+            unloading=unloading.copy(),
             extrapolated=outside,
             model=model,
             modulus_ratio=ratio,

@@ -227,7 +227,7 @@ class Surrogate:
     ) -> list[tuple[str, ...]]:
         """Return the quantities of each history outside the ranges of the training set, as text.
 
-        Arguments and errors are those of `predict_history`.
+        Arguments and errors are those of `predict_history`, but any number of points is judged.
 
         Returns:
             One tuple of texts per history, empty if all quantities are inside.

@@ -32,6 +32,7 @@ from onnx import numpy_helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.physical_steps import BEFORE_CROSSING
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, ChosenSteps
 from surrogate.backend import versions
@@ -43,7 +44,7 @@ from surrogate.export.onnx_file import ONNX_NAME, seal_folder, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
-from surrogate.prediction.networks import OnnxNetwork, telling_steps
+from surrogate.prediction.networks import OnnxNetwork
 from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
@@ -149,6 +150,26 @@ def network(kind: str, units: Sequence[int], counts: tuple[int, int, int]) -> ke
     return keras.Model([sequence, tabor], layers.Reshape((sum(counts), 1), name="steps")(force))
 
 
+def telling_steps(counts: Sequence[int]) -> list[int]:
+    """Steps that tell a history of its protocol, which networks of dense layers read.
+
+    They are those in the middle and at the end of loading and dwell, and four of the unloading, the last one included.
+
+    Args:
+        counts: Points of loading, dwell and unloading.
+
+    Returns:
+        Their eight indices.
+    """
+    loading, dwell, unloading = counts
+    held = loading + dwell
+    before = round(BEFORE_CROSSING * unloading)
+    return [
+        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
+        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
+    ]
+
+
 def train_model(
     name: str,
     networks: Sequence[Layers],
@@ -161,13 +182,16 @@ def train_model(
     command: str = "",
     report: Report = lambda *_: None,
 ) -> Path:
-    """Train the networks whose mean a model is in `folder`, by the recipe of their kind, resuming what is there.
+    """Train in `folder` the networks whose mean is the model, each by the recipe of its kind, and resume what is there.
 
-    With `start`, the folder of a published model, training goes on from the weights of its first networks, in its
-    scaling; those of a kind without a recipe stay as they are.
+    With `start`, the folder of a published model, training goes on from the weights of its first networks, as many as
+    `networks`, in its scaling. Those of a kind without a recipe stay as they are.
 
     Returns:
         The directory `folder/NAME` of the finished model.
+
+    Raises:
+        ValueError: the networks of `start` are others, or one without a recipe is in no such folder.
     """
     training, choosing, calibrating = data.divided(held_out)
     counts = data.box.points_per_phase
@@ -185,6 +209,9 @@ def train_model(
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
     begin = [] if start is None else members_of(start)
     members: list[Member] = []
+    theirs = [(one["layers"], tuple(one["units"])) for _, one in begin[: len(networks)]]
+    if theirs != list(networks) and (start or not recipes):
+        raise ValueError(f"Expected a start of the networks {list(networks)}. Received: {theirs or 'none'}")
     place = start or folder
     with locked(folder):
         choose = joined_examples(choosing, scaling)
@@ -229,7 +256,7 @@ def train_model(
             "features": FEATURES,
             "members": [record for _, record in members],
             "parameters": sum(one.count_params() for one, _ in members),
-            "counts": list(data.box.points_per_phase),
+            "counts": list(counts),
             "training_trajectories": sum(len(rows) for _, rows in training),
             "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
             "validation_mse": float(np.mean(rest**2)),
@@ -237,6 +264,8 @@ def train_model(
             "versions": versions(),
             "command": command,
         }
+        if all(kind == "dense" for kind, _ in networks):
+            run["steps"] = telling_steps(counts)
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         found = judged(mean, calibrating)
         _write_bands(target, Bands.calibrate(scaling.ranges, *found, len(calibrating[0][1])))
@@ -312,6 +341,8 @@ def main() -> None:
         return
     if missing := [f"--{one}" for one in Data.__annotations__ if getattr(chosen, one) is None]:
         parser.error(f"a training needs {', '.join(missing)}")
+    if chosen.epochs == 0 and not chosen.start:
+        parser.error("--epochs 0 trains nothing, so it needs --start")
     data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     epochs = {} if chosen.epochs is None else {"epochs": chosen.epochs}
     recipes = {} if chosen.epochs == 0 else {kind: replace(one, **epochs) for kind, one in RECIPES.items()}

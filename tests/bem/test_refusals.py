@@ -210,6 +210,8 @@ OF_DATA_SETS = [
         r"received protocol 1 with -1\.0 and a start of -0\.4",
     ),
     *each(physical_steps, "modulus_ratio", "modulus_ratio must be", 1.5),
+    *each(physical_steps, "modulus_ratio", r"modulus_ratio must be .* received 2\.0", [0.1, 2.0, 0.1]),
+    *each(physical_steps, "loading_rate", "in double precision; received protocol 1", [1.0, 1e-300, 1.0]),
     *each(physical_steps, "counts", "at least 8 unloading points; received 7", (22, 8, 7)),
     *each(physical_steps, "dwell_time", "no dwell points", 0.0),
     *each(physical_steps, "peak_indentation", "must lie above 0", -0.1),

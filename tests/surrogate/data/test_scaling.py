@@ -27,6 +27,10 @@ def scaling(dataset, physical):
     )
 
 
+def test_symexp_of_what_no_force_is_is_infinite():
+    assert symexp(np.array([-800.0, 800.0])).tolist() == [-np.inf, np.inf]
+
+
 @given(st.floats(-1e6, 1e6))
 def test_symexp_inverts_symlog(value):
     np.testing.assert_allclose(symexp(symlog(np.array(value))), value, rtol=1e-13, atol=1e-300)

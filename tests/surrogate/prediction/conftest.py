@@ -70,7 +70,7 @@ def untrained(tmp_path):
     keras.utils.set_random_seed(0)
     (folder / "model.onnx").write_bytes(network_content([network("LSTM", (4,), PHYSICAL)], "F", "fast"))
     Scaling("F", (0.0,) * 12, (1.0,) * 12, (0.7, 0.3), (1.5, 1.0), RANGES).save(folder / "scaling.json")
-    (folder / "run.json").write_text(json.dumps({"counts": [22, 8, 72], "members": [{"layers": "LSTM"}]}))
+    (folder / "run.json").write_text(json.dumps({"counts": [22, 8, 72]}))
     rng = np.random.default_rng(0)
     errors = np.exp(rng.normal(size=(4000, 105)) - 4.0)
     known = np.exp(rng.uniform(*np.log([*RANGES.values(), (1e-4, 0.5)]).T, (4000, 7)))

@@ -1,5 +1,6 @@
 """Models with bands: any standard linear solid, how bands cover, one warning outside, folders that fit together."""
 
+import json
 import random
 import shutil
 import warnings
@@ -19,11 +20,13 @@ from surrogate.prediction.bands import (
     CORNERS,
     GROUPS,
     KNOWN,
+    LEVELS,
     NEARLY_ELASTIC,
     RESULTS,
     UNSEEN,
     Bands,
     _placed,
+    _quantiles,
     result_errors,
     results,
 )
@@ -317,10 +320,24 @@ def test_what_is_stored_gives_the_same_bands():
     )
 
 
-def test_quantiles_of_other_cells_are_refused():
+@pytest.mark.parametrize("name", ["ranges", "coefficients", "edges", "shape", "quantiles"])
+def test_arrays_of_another_shape_are_refused(name):
     bands = calibrated(4000, fitted=1000)
-    with pytest.raises(ValueError, match=r"Expected quantiles of shape \(5, 75, 12\)\. Received: shape \(5, 72, 12\)"):
-        Bands(**vars(bands) | {"quantiles": bands.quantiles[:, :72]})
+    with pytest.raises(ValueError, match=rf"Expected {name} of shape \(.*\)\. Received: shape \(3, "):
+        Bands(**vars(bands) | {name: vars(bands)[name][:3]})
+
+
+def test_the_rank_of_a_quantile_has_two_standard_deviations_more():
+    assert _quantiles(np.arange(1.0, 1001.0))[LEVELS.index(0.9)] == np.ceil(0.9 * 1001 + 2.0 * np.sqrt(90.0))
+
+
+@pytest.mark.parametrize("steps", [[102], [-1], [0.5], "all", 8])
+def test_steps_that_no_history_has_are_refused(untrained, steps):
+    run = json.loads((untrained / "run.json").read_text()) | {"steps": steps}
+    (untrained / "run.json").write_text(json.dumps(run))
+    seal_folder(untrained)
+    with pytest.raises(ValueError, match=r"Expected a folder of `make pretrained`; .* has other files"):
+        load_banded(untrained)
 
 
 def test_errors_are_in_the_units_of_their_intervals():

@@ -3,6 +3,7 @@
 import pickle
 import shutil
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -240,6 +241,26 @@ def test_trajectories_resemble_the_solver_s(published):
 def ending(force, *, depth=-4.0):
     history = np.array([[[0.0, 1.0, 2.0]], [[depth, 2.0, depth]], [[0.0, -3.0, force]]])
     return predicted_trajectories(*history, unloading_from=1, seconds=0.0, model="M1-concat")[0]
+
+
+def test_only_the_one_that_is_not_finite_says_so_and_nothing_is_shared():
+    history = np.tile([[0.0, 1.0, 2.0], [-4.0, 2.0, -4.0], [0.0, -3.0, 1.0]], (2, 1, 1)).swapaxes(0, 1)
+    history[2, 0, 1] = -np.inf
+    broken, sound = predicted_trajectories(*history, unloading_from=1, seconds=0.0)
+    assert (broken.status, sound.status) == ("the prediction is not finite", "completed")
+    broken.unloading[:], broken.contact_radius[:], broken.stats.steps_by_phase["loading"] = True, 0.0, 1
+    assert sound.unloading.tolist() == [False, True, True]
+    assert np.isnan(sound.contact_radius).all()
+    assert sound.stats.steps_by_phase == {}
+
+
+def test_protocols_with_and_without_a_dwell_keep_their_order(published):
+    model = surrogate.load("M1-concat", published)
+    protocols = [LoadingProtocol(**PROTOCOL | {"dwell_time": dwell}) for dwell in (1.0, 0.0, 0.5, 0.0)]
+    protocols[3] = replace(protocols[3], unloading_rate=20.0)
+    with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
+        for one, together in zip(protocols, model.predict(SCENE, protocols), strict=True):
+            np.testing.assert_allclose(model.predict(SCENE, one).force, together.force, rtol=1e-4, atol=1e-5)
 
 
 def test_detachment_of_a_prediction_follows_from_the_force_alone():

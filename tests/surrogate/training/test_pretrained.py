@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
+from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
 from tests.surrogate.prediction.conftest import SCENE
@@ -84,6 +85,23 @@ def test_a_model_is_the_mean_of_its_networks_and_streams_those_that_need_no_late
     assert np.abs(expected - predicted.force).max() > 1e-3
     edge = np.isin(np.arange(102), [21, 29])
     np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), expected, rtol=1e-4)
+
+
+def test_networks_that_no_start_has_are_refused_before_anything_is_computed(data, tmp_path):
+    with pytest.raises(ValueError, match=r"Expected a start of the networks \[\('dense', \(6,\)\)\]\. Received: none"):
+        train(data, tmp_path, None)
+    first = train(data, tmp_path / "first")
+    for networks in ((LSTM,), (("dense", (7,)),), (DENSE, DENSE)):
+        with pytest.raises(ValueError, match=r"Received: \[\('dense', \(6,\)\)\]"):
+            train(data, tmp_path / "again", networks=networks, start=first)
+    assert not (tmp_path / "again").exists()
+
+
+def test_published_models_are_of_the_networks_that_are_trained():
+    for name, networks in pretrained.NETWORKS.items():
+        run = json.loads((PUBLISHED_BANDED / name / "run.json").read_text())
+        assert [(one["layers"], tuple(one["units"])) for one in run["members"]] == list(networks)
+        assert {kind for kind, _ in networks} <= pretrained.RECIPES.keys()
 
 
 def test_networks_of_dense_layers_are_given_the_steps_that_they_read(data, tmp_path):
