@@ -151,14 +151,13 @@ class Bands:
             shape `(batch,)`.
         """
         half, groups, cells = _judged(known, self.ranges, self.coefficients, self.edges)
-        right, part = _level(coverage)
-        below, above = (self.quantiles[_ROWS, cells, level] for level in (right - 1, right))
-        half *= (1.0 - part) * below + part * above
+        half *= self.quantiles_at(coverage)[_ROWS, cells]
         return half, groups[len(RESULTS)]
 
     def quantiles_at(self, coverage: float) -> np.ndarray:
         """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CELLS)`."""
-        right, part = _level(coverage)
+        right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
+        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
         return found
 
@@ -193,12 +192,6 @@ class Bands:
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""
         return {name: np.asarray(values, dtype=np.float32) for name, values in vars(self).items()}
-
-
-def _level(coverage: float) -> tuple[int, float]:
-    """Return the level at or above a coverage, and how far from the level before it the coverage lies, as a share."""
-    right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
-    return right, (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
 
 
 def result_errors(found: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE
 from surrogate.data.features import channel_names
-from surrogate.data.physics import Motion, advance
+from surrogate.data.physics import START, Motion, advance
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_file import session_of
 from surrogate.export.step import FORCE, INPUT, NEXT, step_model
@@ -130,7 +130,7 @@ class Stream:
         self.name, self.tabor, self.modulus_ratio = name, tabor, modulus_ratio
         told = scaling.scale_tabor(np.array([tabor]))
         self._network = _StatefulSession(step_model(content, told, name))
-        self._motion, self._solid = Motion(), (tabor, math.nan if modulus_ratio is None else modulus_ratio)
+        self._motion, self._solid = START, (tabor, math.nan if modulus_ratio is None else modulus_ratio)
         self._names = names = channel_names(scaling.features)
         self._mean, self._scale = np.array(scaling.channel_mean), np.array(scaling.channel_scale)
         self._force_mean, self._force_scale = scaling.force
@@ -238,7 +238,7 @@ class Stream:
         """Reset the state: the next step is the first one of a history."""
         for state in self._network.states:
             state[:] = 0.0
-        self._motion = Motion()
+        self._motion = START
         self._watch.reset()
 
     def snapshot(self) -> Snapshot:

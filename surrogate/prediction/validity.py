@@ -202,6 +202,7 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     low, high = np.empty_like(values), np.empty_like(values)
     for row, name in enumerate(names):
         low[row], high[row] = bounds[name]
+    # Nearly always; only a value outside is compared with the tolerance.
     if ((values >= low) & (values <= high)).all():
         return []
     below, above = low - values, values - high

@@ -191,7 +191,7 @@ def train_model(
         The directory `folder/NAME` of the finished model.
 
     Raises:
-        ValueError: the networks of `start` are others, or one without a recipe is in no such folder.
+        ValueError: the networks of `start` are others, or a kind has no recipe and there is no `start`.
     """
     training, choosing, calibrating = data.divided(held_out)
     counts = data.box.points_per_phase
@@ -210,7 +210,7 @@ def train_model(
     begin = [] if start is None else members_of(start)
     members: list[Member] = []
     theirs = [(one["layers"], tuple(one["units"])) for _, one in begin[: len(networks)]]
-    if theirs != list(networks) and (start or not recipes):
+    if theirs != list(networks) and (start or any(kind not in recipes for kind, _ in networks)):
         raise ValueError(f"Expected a start of the networks {list(networks)}. Received: {theirs or 'none'}")
     place = start or folder
     with locked(folder):
