@@ -9,12 +9,19 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.common import ended_by_recipe
-from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS, read_model
+from experiments.paper.model_comparison import (
+    PAPER_TRAINED,
+    PAPER_TRAINED_CONTENDERS,
+    PAPER_TRAINED_INPUTS,
+    REFERENCE,
+    WORDED,
+    read_model,
+)
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
-from paper_figures.style.writing import number, table_rows
+from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
@@ -92,36 +99,42 @@ def spread_table(ranking: Any) -> str:
     return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
 
 
-def inputs_table(step_length: Any, feature_sets: Any, ranking: Any) -> str:
-    """How well each input representation shows the step length, and its error: the median of its seeds, if any."""
+def inputs_table(step_length: Any, feature_sets: Any, ranking: Any, models: Path) -> str:
+    """How well each input representation shows the step length, and its errors: of the median seed, and by the paper."""
     header, rows = ["inputs", "channels", "loading", "dwell", "unloading", "held-out MSE", "trainings"], []
+    header.append("by the paper's recipe")
     for name, phases in step_length["sets"].items():
         seeds = models_style.seeds_of(ranking, f"features-{name}")
         error = (
             ranking["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else feature_sets["sets"][name]["mse"]
         )
         shares = [f"{share:.2f}" for share in phases.values()]
-        rows.append([name, LABELS[name], *shares, number(error), str(seeds or 1)])
-    return markdown_table(header, rows, "llrrrrr")
+        folder = models / PAPER_TRAINED_INPUTS.get(name, "")
+        theirs = number(_trained(folder)[0]["test"]["mse"]["mean"]) if ended_by_recipe(folder) else "-"
+        rows.append([name, LABELS[name], *shares, number(error), str(seeds or 1), theirs])
+    return markdown_table(header, rows, "llrrrrrr")
 
 
 def training_table(models: Path) -> str:
-    """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
-    folder = models / PAPER_TRAINED["M1-concat"]
-    if not (folder / "run.json").is_file():
+    """The paper's model trained by the paper's recipe, and by its words: epochs, and errors compared with the paper's."""
+    ways = {"here": PAPER_TRAINED[REFERENCE], "here, without Keras's threshold": WORDED}
+    found = {here: _trained(models / label) for here, label in ways.items() if (models / label / "run.json").is_file()}
+    if not found:
         return "Not trained yet: `make model-paper-recipe`."
-    metrics, by_recipe = _trained(folder)
-    paper, test = drawing.paper_values("reference_model"), metrics["test"]
-    ended = "ended by the recipe" if by_recipe else "stopped before the recipe's own end"
+    paper, tests = drawing.paper_values("reference_model"), [metrics["test"] for metrics, _ in found.values()]
     most = next(
         claim["value"] for claim in drawing.paper_values("claims")["claim"] if "any model needed" in claim["says"]
     )
-    rows = [["epochs", f"at most {most}", f"{metrics['epochs']}, {ended}"]]
-    rows += [[f"held-out {key.upper()}", number(paper[key]), number(test[key]["mean"])] for key in ("mse", "mae")]
-    rows += [[says_, f"{paper[key]} %", f"{number(test[key]['median'], 2)} %"] for key, says_ in MEDIANS.items()]
-    native = number(test["native_pull_off_force_percent"]["median"], 2)
-    rows.append(["median pull-off error, against the solver's own peak between the steps", "-", f"{native} %"])
-    return "\n".join(["| | paper | here |", "|---|---|---|", table_rows(rows)])
+    ended = {True: "ended by the recipe", False: "stopped before the recipe's own end"}
+    epochs = [f"{metrics['epochs']}, {ended[by_recipe]}" for metrics, by_recipe in found.values()]
+    rows = [["epochs", f"at most {most}", *epochs]]
+    for key in ("mse", "mae"):
+        rows.append([f"held-out {key.upper()}", number(paper[key]), *(number(test[key]["mean"]) for test in tests)])
+    for key, words in MEDIANS.items():
+        rows.append([words, f"{paper[key]} %", *(f"{number(test[key]['median'], 2)} %" for test in tests)])
+    native = [f"{number(test['native_pull_off_force_percent']['median'], 2)} %" for test in tests]
+    rows.append(["median pull-off error, against the solver's own peak between the steps", "-", *native])
+    return markdown_table(["", "paper", *found], rows, "l" * (2 + len(found)))
 
 
 def recipe_table(models: Path, ranking: Any) -> str:
@@ -150,7 +163,9 @@ def hours_text(models: Path, training_speed: Any) -> str:
     """Core hours of each training that the paper's recipe ended: of its batches if measured, otherwise as recorded."""
     folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
     seconds = {name: read_model(one, training_speed)["core_seconds"] for name, one in folders.items()}
-    return ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in seconds.items() if one)
+    known = {name: one for name, one in seconds.items() if one}
+    each = ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in known.items())
+    return f"{each}; {sum(known.values()) / 3600.0:.0f} for these {len(known)}"
 
 
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
