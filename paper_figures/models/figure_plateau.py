@@ -37,5 +37,5 @@ def compose(model_comparison: Any) -> Figure:
     errors.set(xlabel="epoch", ylabel="validation MSE", xscale="log", yscale="log")
     rates.set(xlabel="epoch", ylabel="learning rate", yscale="log", ylim=(5e-8, None))  # ours ends at zero
     drawing.log_labels(errors.xaxis)
-    rates.legend(loc="lower left")
+    errors.legend(loc="upper right")
     return drawn
