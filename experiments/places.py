@@ -7,6 +7,7 @@ does not exist. Results of the studies in `experiments/paper/` are in `RESULTS/s
 measurements, are published. Keyword-only parameters are options of the command line.
 """
 
+import ast
 import inspect
 import json
 import re
@@ -14,6 +15,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any
@@ -162,12 +164,27 @@ def taken(function: Callable[..., Any], options: dict[str, Any]) -> dict[str, Pa
     return {one: path for one in files_of(function) if (path := options.pop(one))}
 
 
+def overview(program: str, known: Mapping[str, str]) -> str:
+    """What `--help` prints: the names, each with the first line of the docstring of its study or else of its module."""
+    lines, width = [], max(map(len, known)) + 2
+    for name, module in known.items():
+        spec = find_spec(module)  # read, not imported: some modules need what is not installed
+        tree = ast.parse(Path(str(spec and spec.origin)).read_text(encoding="utf-8"))
+        own = [one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name == f"study_{name}"]
+        said = ast.get_docstring(own[0] if own else tree) or ""
+        lines.append(f"  {name:{width}}{said.partition(chr(10))[0]}")
+    return "\n".join([f"Usage: python -m {program} NAME [OPTIONS]; NAME --help lists the options.", "", *lines])
+
+
 def run_named(program: str, known: Mapping[str, str], command_of: Callable[[ModuleType, str], Any]) -> None:
     """Run the module that the command line names, with the options that follow the name.
 
     `known` are the modules by name, and `command_of` gives the command of one.
     """
     name, *rest = sys.argv[1:] or [""]
+    if name in ("--help", "-h"):
+        print(overview(program, known))
+        return
     if name not in known:
         print(f"python -m {program}: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
         sys.exit(2)

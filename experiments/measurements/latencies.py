@@ -69,7 +69,7 @@ def ticks_text(contact_ticks: Any) -> str:
 
 
 def study_contact_ticks(*, count: Count = 40, seed: Seed = 5) -> dict[str, Any]:
-    """Measure the ticks of random protocols."""
+    """How long a tick of 1 ms of `bem.Contact` takes, over random protocols."""
     generator = np.random.default_rng(seed)
     cases = [Case.of(row) for row in rows_of(drawn("inside", count, seed))]
     spent = np.concatenate([ticks(case, generator) for case in progress(cases, "protocols")])
@@ -118,7 +118,7 @@ def study_stream_latency(
     models: Annotated[Path | None, typer.Option(help="Folder of published models.")] = None,
     steps: Annotated[int, typer.Option(help="Steps of the stream.")] = 1_000_000,
 ) -> dict[str, Any]:
-    """Measure the steps of a stream, and the start."""
+    """How long a step of a stream of predictions takes, and its start."""
     spent = step_microseconds(model, models, steps)
     starts = [in_fresh_process(START, model, models or "", PYTHONPATH=str(Path.cwd()))[0] for _ in range(5)]
     return {

@@ -112,7 +112,7 @@ def study_soak(
     jobs: Jobs = 2,
     folder: Annotated[Path, typer.Option(help="Folder in which the chunks are kept.")] = KEPT,
 ) -> dict[str, Any]:
-    """Run, or continue, the soak."""
+    """The soak: random scenes of every kind, and how each ends. It goes on where it stopped."""
     content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
     for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
         tasks = [(where, first, total, seed, folder) for first in range(0, total, CHUNK)]

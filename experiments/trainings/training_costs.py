@@ -133,7 +133,7 @@ def trained(folder: Path, speed: Any) -> dict[str, Any]:
 
 
 def study_training_cost(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
-    """Collect the published trainings, and list the missing ones."""
+    """What the published trainings cost, and which are missing."""
     lineages = published(models)
     old = outdated(lineages, dataset_digest(dataset), models)
     shown = [name for name in lineages if name in (*names(), *BUDGETS) and name not in old]
@@ -161,7 +161,7 @@ def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | Non
 
 
 def study_amortisation(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
-    """Collect the costs and the break-even numbers of queries."""
+    """After how many queries data set, training and predictions cost less than the solver."""
     tools, data = accuracy_cost["tools"], load_dataset(dataset)
     data_seconds = float(data.scalars["solver_seconds"].sum())
     solver = [

@@ -100,9 +100,8 @@ def spread_table(ranking: Any) -> str:
 
 
 def inputs_table(step_length: Any, feature_sets: Any, ranking: Any, models: Path) -> str:
-    """How well each input representation shows the step length, and its errors: of the median seed, and by the paper."""
-    header, rows = ["inputs", "channels", "loading", "dwell", "unloading", "held-out MSE", "trainings"], []
-    header.append("by the paper's recipe")
+    """How well each input representation shows the step length, and its errors: of the seeds, and by the paper."""
+    header, rows = ["inputs", "channels", *drawing.PHASES, "held-out MSE", "trainings", "by the paper's recipe"], []
     for name, phases in step_length["sets"].items():
         seeds = models_style.seeds_of(ranking, f"features-{name}")
         error = (
@@ -116,7 +115,7 @@ def inputs_table(step_length: Any, feature_sets: Any, ranking: Any, models: Path
 
 
 def training_table(models: Path) -> str:
-    """The paper's model trained by the paper's recipe, and by its words: epochs, and errors compared with the paper's."""
+    """The paper's model by the paper's recipe, and by its words: epochs, and errors compared with the paper's."""
     ways = {"here": PAPER_TRAINED[REFERENCE], "here, without Keras's threshold": WORDED}
     found = {here: _trained(models / label) for here, label in ways.items() if (models / label / "run.json").is_file()}
     if not found:

@@ -9,6 +9,9 @@ from experiments import common
 from experiments.__main__ import main
 from experiments.measurements import latencies
 from experiments.paper import architecture_graphs
+from experiments.places import studies
+from paper_figures.__main__ import main as draw
+from paper_figures.__main__ import modules
 
 
 def run(monkeypatch, capsys, *words):
@@ -23,6 +26,16 @@ def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
     code, said = run(monkeypatch, capsys, name, "--help")
     assert code == 0
     assert f"Usage: python -m experiments {name} " in said.out
+
+
+@pytest.mark.parametrize("run_main", [main, draw])
+def test_the_help_without_a_name_says_what_each_shows(run_main, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["python", "--help"])
+    run_main()
+    usage, empty, *lines = capsys.readouterr().out.splitlines()
+    known = studies() if run_main is main else modules()
+    assert (usage.split()[:3], empty, [line.split()[0] for line in lines]) == (["Usage:", "python", "-m"], "", [*known])
+    assert min(len(line.split()) for line in lines) > 5
 
 
 @pytest.mark.parametrize("name", ["no_study", "cases"])
