@@ -59,4 +59,4 @@ def test_hours_by_the_papers_recipe_are_those_of_its_batches(tmp_path):
         write_model(tmp_path / f"{name}-paper", recipe=recipe, ended_by="recipe", **more)
     speed = {"recipe": "swift", "models": {}, "by_paper_recipe": {"M3-FiLM": {"median": 300.0}}}
     # Two epochs of 6 batches; nothing is known of M1-FiLM.
-    assert reproducibility.hours_text(tmp_path, speed) == "M1-concat 0.033, M3-FiLM 1"
+    assert reproducibility.hours_text(tmp_path, speed) == "M1-concat 0.033, M3-FiLM 1; 1 for these 2"
