@@ -215,9 +215,9 @@ def _callbacks(
         logs.update({name: progress.spent(name) + clock() - since[name] for name, clock in CLOCKS.items()})
 
     def replay(_: Any) -> None:
-        """Restore the counters of the plateau; the learning rate remains the one that Keras restored."""
+        """Restore the counters of the plateau, from the first rate on; then the rate is the one that Keras restored."""
         if plateau:
-            rate = learning_rate()
+            rate, model.optimizer.learning_rate = learning_rate(), recipe.learning_rate
             for epoch, row in enumerate(progress.history):
                 for callback in plateau:
                     callback.on_epoch_end(epoch, {"val_loss": row["validation_mse"]})

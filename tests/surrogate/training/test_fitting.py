@@ -21,7 +21,7 @@ from surrogate.training.runs import Run, execute
 from tests.surrogate.conftest import build_by, build_tiny, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
 
-RULE = {"factor": 0.5, "patience": 2, "minimum_rate": 1e-3, "stop_after": 4}
+RULE = {"factor": 0.5, "patience": 2, "minimum_rate": 0.05, "stop_after": 9}
 PLATEAU = "[plateau]\n" + "".join(f"{key} = {value}\n" for key, value in RULE.items())
 
 
@@ -80,11 +80,14 @@ def require_same(one, other):
         np.testing.assert_array_equal(value, expected[name], err_msg=name)
 
 
-def test_an_interrupted_training_on_a_plateau_is_the_same(on_a_plateau, tiny):
+@pytest.mark.parametrize(("below", "before"), [(0.29, 0), (0.1, 1)])
+def test_an_interrupted_training_on_a_plateau_is_the_same(below, before, on_a_plateau, tiny):
+    """After an epoch of a lower rate; and as soon as the rate is halved, near its minimum, while the error stays."""
     run, folder, whole = on_a_plateau
-    fallen = next(row["epoch"] for row in whole.history if row["learning_rate"] < 0.29)
-    assert in_two_parts(run, folder / "parts", fallen).best_epoch == whole.best_epoch
-    require_same(folder / "parts", folder / "whole")
+    fallen = next(row["epoch"] for row in whole.history if row["learning_rate"] < below)
+    parts = folder / f"parts-{below}"
+    assert in_two_parts(run, parts, fallen - before).best_epoch == whole.best_epoch
+    require_same(parts, folder / "whole")
 
 
 def test_steps_around_the_largest_force_weigh_more(dataset, tmp_path):
@@ -126,7 +129,8 @@ def test_learning_rate_and_early_stopping_follow_keras(on_a_plateau):
 
 @pytest.mark.parametrize("least_gain", [0.0, 10.0])
 def test_the_least_gain_decides_what_a_plateau_is(least_gain, dataset, tiny, tmp_path):
-    run = run_of(dataset, tmp_path, f"{PLATEAU}least_gain = {least_gain}\n", epochs=6, rate=0.01)
+    table = PLATEAU.replace("0.05", "0.001") + f"least_gain = {least_gain}\n"
+    run = run_of(dataset, tmp_path, table, epochs=6, rate=0.01)
     execute(run, tmp_path / "run")
     rows = history(tmp_path / "run")
     rates = [row["learning_rate"] for row in rows]
