@@ -11,6 +11,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from rich.console import Console
+from rich.table import Table
 
 import surrogate
 from bem import Trajectory
@@ -29,6 +31,8 @@ PAPER = "M1-concat"
 """Model of the paper that is judged, too."""
 PLACES = ("paper", "vertices", "box")
 """At the paper's modulus ratio, over the ranges and at their ends, and over all ranges."""
+WIDTH = 210
+"""Of a printed table, in letters."""
 MOST_IN_A_CORNER = 3.0
 """Aim: the largest 90th percentile of a corner, over that of the whole ranges."""
 
@@ -78,22 +82,50 @@ def limits_text(errors_by_place: Any) -> str:
     for name in BANDED:
         found = errors_by_place["models"][name]
         box, corners = found["box"], found["corners"]
-        parts = [one["pull_off"][1] / box["pull_off"][1] for one in corners]
+        parts = {key: [one[key][1] / max(box[key][1], 1e-9) for one in corners] for key in ("pull_off", "hysteresis")}
         errors = "pull-off force by " + ", ".join(f"{value:.2g}" for value in box["pull_off"])
         errors += f" %, in hysteresis by {', '.join(f'{value:.2g}' for value in box['hysteresis'][:2])} %"
-        above = sum(part > MOST_IN_A_CORNER for part in parts)
+        above = {key: sum(part > MOST_IN_A_CORNER for part in found) for key, found in parts.items()}
+        most = {key: max(part) for key, part in parts.items()}
         words.append(
-            f"`{name}` errs in the {errors}; in {above} of {len(corners)} corners the 90th percentile for the pull-off "
-            f"force is more than {MOST_IN_A_CORNER:g} times that of all, {max(parts):.2f} times at most"
+            f"`{name}` errs in the {errors}; in {above['pull_off']} of {len(corners)} corners the 90th percentile for "
+            f"the pull-off force is more than {MOST_IN_A_CORNER:g} times that of all, {most['pull_off']:.2f} times at "
+            f"most, and in {above['hysteresis']} that for hysteresis, {most['hysteresis']:.0f} times at most"
         )
         for key in INSIDE:
             shares = [one[f"inside/{key}"] for one in (box, *corners, *found["edges"].values())]
             lowest[key] = min(lowest[key], *shares)
     curve = lowest.pop(INSIDE[-1])
     return (
-        f"{'. '.join(words)}. The 90 % intervals contain {min(lowest.values()):.2f} or more at every edge and in every "
-        f"corner, the band of the whole curve {curve:.2f} or more"
+        f"{'. '.join(words)}. The 90 % intervals contain {min(lowest.values()):.3f} or more at every edge and in every "
+        f"corner, the band of the whole curve {curve:.3f} or more"
     )
+
+
+def worst(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The largest error and width of several places, and the least coverage, each by itself."""
+    return {
+        key: min(one[key] for one in rows) if "inside" in key else np.max([one[key] for one in rows], axis=0)
+        for key in rows[0]
+    } | {"count": min(one["count"] for one in rows)}
+
+
+def print_table(name: str, found: dict[str, Any]) -> None:
+    """Print the summaries of a model: a line for each place, and one for the worst of the corners."""
+    lines = {place: found[place] for place in PLACES if place in found} | found.get("edges", {})
+    if "corners" in found:
+        lines[f"worst of {len(found['corners'])} corners"] = worst(found["corners"])
+    levels = ", ".join(f"{100.0 * level:g}" for level in LEVELS)
+    table = Table(
+        title=f"{name}, errors and widths in percent: percentiles {levels}; shares in intervals of {COVERAGE}"
+    )
+    for key in ("place", *lines[PLACES[0]]):
+        words = key.replace("inside/", "in ").replace("width/", "width of ").replace("_", " ")
+        table.add_column(words, justify="left" if key == "place" else "right", no_wrap=key == "place")
+    for place, one in lines.items():
+        rest = (" ".join(f"{value:.3g}" for value in np.atleast_1d(one[key])) for key in one if key != "count")
+        table.add_row(place, f"{one['count']:,}", *rest)
+    Console(width=WIDTH).print(table)
 
 
 def study(
@@ -119,8 +151,6 @@ def study(
         if banded:
             rows["edges"] = {words: summary(found[2], chosen) for words, chosen in edges.items() if chosen.any()}
             rows["corners"] = [summary(found[3], number == one) for one in range(64)]
-        named = {place: one for place, one in rows.items() if place in PLACES} | rows.get("edges", {})
-        for place, one in named.items():
-            print(name, place, {key: np.round(value, 3) for key, value in one.items()})
+        print_table(name, rows)
     print(limits_text(content))
     return content

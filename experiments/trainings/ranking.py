@@ -156,7 +156,7 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
 def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[str, Any]) -> dict[str, Any]:
     """Decision on a ranking from one training of each model by the paper's recipe.
 
-    The order of two contenders is a tie if their errors differ by less than those of two seeds of one of the models.
+    The order of two contenders is a tie if their errors differ by less than those of two seeds of some of the models.
 
     Args:
         claim: The claim.
@@ -164,7 +164,8 @@ def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[s
         spread: `min` and `max` over the seeds of our recipe, by model and metric.
 
     Returns:
-        `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`.
+        `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`; `ratio`,
+        the error of the paper's first over the least of the others; and `apart`, the largest ratio of two seeds.
     """
     champion, known = contenders(claim)
     models = [name for names in known.values() for name in names]
@@ -184,6 +185,8 @@ def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[s
         "first": min(errors, key=errors.__getitem__),
         "level": [champion, *(label for label in known if decisions.get(label) == TIE)],
         "decision": verdict(list(decisions.values())),
+        "ratio": errors[champion] / min(error for label, error in errors.items() if label != champion),
+        "apart": float(apart),
     }
 
 

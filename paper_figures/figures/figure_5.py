@@ -32,7 +32,7 @@ def draw_sizes(axes: Axes, content: Any, ranking: Any = None) -> None:
     color = models_style.color(best)
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": color, "shrinkB": 2}
     look = {"ha": "center", "va": "center", "color": color, "arrowprops": leader}
-    drawing.note(axes, f"least error: {best}", place, (52, -9), **look)
+    drawing.note(axes, f"least by ours: {best}", place, (46, -9), **look)
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)

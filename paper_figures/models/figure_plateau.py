@@ -9,12 +9,12 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from experiments.paper.model_comparison import PAPER_TRAINED, REFERENCE, WORDED
-from paper_figures.style import drawing
+from paper_figures.style import drawing, models_style
 
 LOOKS = {
     "paper's recipe, Keras's default": {"color": drawing.BLACK},
     "paper's recipe, as worded": {"color": drawing.FAMILIES[1]},
-    "our recipe": {"color": drawing.FAMILIES[0], "linestyle": "--"},
+    "our recipe": {"color": drawing.FAMILIES[0], "linestyle": models_style.OURS},
 }
 
 

@@ -35,7 +35,8 @@ TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimiz
 USES = {
     "model.onnx": '`surrogate predict {name}`, or `surrogate.load("{name}")` from Python.',
     "model.weights.h5": '`surrogate.load("{name}", backend="keras")` from Python; `surrogate export` writes ONNX.',
-    "run.json": "for comparison; the weights are not published, the command trains them again.",
+    "run.json": "for comparison; the weights are not published. `surrogate train {architecture} --features {features} "
+    "--recipe {recipe}{budget} --seed {seed} --label {name} --threads 1` trains such a model.",
 }
 """How a model is used, by the first of these files that is published."""
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
@@ -65,13 +66,16 @@ def model_card(folder: Path, dataset: Dataset) -> str:
         )
         for words, at in parts.items()
     ]
+    recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
+    facts = {name: run[name] for name in ("architecture", "features", "seed")} | {"recipe": recipe["name"]}
+    facts["budget"] = "" if "plateau" in recipe else f" --epochs {run['epochs']}"  # a plateau ends the training itself
     return filled(
         "model_card",
         name=folder.name,
-        use=next(words for file, words in USES.items() if (folder / file).is_file()).format(name=folder.name),
+        use=next(words for file, words in USES.items() if (folder / file).is_file()).format(name=folder.name, **facts),
         run=run,
         device=f", on a GPU ({run['device']})" if "device" in run else "",
-        recipe=tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
+        recipe=recipe,
         parameters=metrics["parameters"],
         source=source,
         count=len(rows),

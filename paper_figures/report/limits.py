@@ -4,6 +4,7 @@ from typing import Any
 
 from bem.accuracy import resolve_accuracy
 from paper_figures.style.writing import number
+from surrogate.prediction.files import BANDED
 
 
 def hard_cases_text(hard_case_map: Any) -> str:
@@ -48,6 +49,23 @@ def pretrained_text(ways_to_call: Any) -> str:
     return (
         f"`fast` is {cheaper:.0f} times cheaper than the solver at standard accuracy, and a single call takes "
         f"{1e3 * seconds['fast']['single']:.2g} ms (aims: 100 times, 0.1 ms)"
+    )
+
+
+def gradients_text(ways_to_call: Any) -> str:
+    """Errors of the gradients, and those of the solver's own differences."""
+    errors = ways_to_call["gradients"]["errors"]
+    said = (f"`{name}` {number(errors[name]['p50'], 2)} and {number(errors[name]['p90'], 2)} %" for name in BANDED)
+    own = errors["solver"]
+    return f"{', '.join(said)} (the solver at standard accuracy {number(own['p50'], 2)} and {number(own['p90'], 2)} %)"
+
+
+def steps_text(pull_off_place: Any) -> str:
+    """What interpolating the exact force between the measurement steps of the pretrained models costs the pull-off."""
+    box, corners = pull_off_place["box"], pull_off_place["corners"]
+    return (
+        f"by {number(box['p99'], 2)} % over the ranges (99th percentile; the aim was 0.05 %), and by "
+        f"{number(corners['worst_p90'], 2)} % in the worst corner (90th; 0.15 %)"
     )
 
 

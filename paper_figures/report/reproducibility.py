@@ -49,13 +49,10 @@ def seeds_text(ranking: Any) -> str:
 
 
 def statements_text(models: Path, ranking: Any) -> str:
-    """One line for each decision of the seeds, with the statements that it is about, and a table of both recipes."""
+    """One line for each decision by the paper's recipe, with its statements, and a table of both recipes."""
     words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
-    for claim in rankings.ranked():
-        words[ranking["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
-    lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
-    header = ["the paper says", "its first", "by its recipe", "by seeds", "orders decided", "least sure order"]
-    header, rows, mse = [*header, "first by seeds"], [], {}
+    header = ["the paper says", "its first", "by its recipe", "first", "ratio", "of seeds"]
+    header, rows, mse = [*header, "by seeds", "first", "least sure order"], [], {}
     for name, label in PAPER_TRAINED_CONTENDERS.items():
         if ended_by_recipe(models / label):
             mse[name] = _trained(models / label)[0]["test"]["mse"]["mean"]
@@ -70,19 +67,19 @@ def statements_text(models: Path, ranking: Any) -> str:
             chance = chance_text(least["probability"]["test_mse"], ranking["resamples"])
             order = f"{least['better']} before {least['worse']}: {chance}"
         theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"])
-        lacking = f"not yet: {len(theirs['lacking'])} to train"
-        rows.append(
-            [
-                says(claim["ranking"]),
-                champion,
-                lacking if theirs["lacking"] else f"**{theirs['decision']}**",
-                f"**{found['decision']}**",
-                f"{len(decided)} of {len(pairs)}",
-                order,
-                found["first"] or "not trained yet",
+        words[theirs.get("decision", NOT_DECIDED)].append(says(claim["ranking"]))
+        by_recipe = [f"not yet: {len(theirs['lacking'])} to train", "-", "-", "-"]
+        if not theirs["lacking"]:
+            by_recipe = [
+                f"**{theirs['decision']}**",
+                theirs["first"],
+                f"{theirs['ratio']:.2f}",
+                f"{theirs['apart']:.2f}",
             ]
-        )
-    return "\n".join([*lines, "", markdown_table(header, rows, "llllrll")])
+        by_seeds = [f"**{found['decision']}**", found["first"] or "not trained yet", order]
+        rows.append([says(claim["ranking"]), champion, *by_recipe, *by_seeds])
+    lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
+    return "\n".join([*lines, "", markdown_table(header, rows, "llllrrlll")])
 
 
 def spread_table(ranking: Any) -> str:

@@ -62,7 +62,7 @@ def row(finding: Finding, trained: bool) -> list[str]:
     ours = [finding.ours]
     if trained:
         ours += [finding.by_ours]
-        if not ({"by_ours", "ranking"} & claim.keys()):
+        if not ({"by_ours", "ranking"} & claim.keys()) and "by_paper_recipe" not in claim.get("over", ""):
             ours.reverse()
     values = [claim.get("value"), *ours]
     rounded = [float(f"{one:.3g}") if isinstance(one, float) else one for one in values]

@@ -16,6 +16,8 @@ from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 
 REFERENCE = "M1-concat"
+OURS = "--"
+"""Line of the curves of trainings by our recipe; those by the paper's are solid."""
 SEVERAL = 2
 """Least number of seeds for which a spread is drawn."""
 COLORS = dict(zip(PAPER_FAMILIES, drawing.FAMILIES, strict=True))
@@ -86,11 +88,13 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     return True
 
 
-def draw_curve(axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str) -> None:
+def draw_curve(
+    axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str, line: str = OURS
+) -> None:
     """Draw the validation error over the epochs of one training, with its least value marked."""
     epochs, errors = history["epoch"], history["validation_mse"]
     least = min(range(len(epochs)), key=errors.__getitem__)
-    axes.plot(epochs, errors, color=look["color"], linewidth=1.0, label=label)
+    axes.plot(epochs, errors, line, color=look["color"], linewidth=1.0, label=label)
     axes.plot(epochs[least], errors[least], **{"linestyle": "", **look})
 
 

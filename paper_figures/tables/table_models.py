@@ -47,8 +47,7 @@ def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
 
 
 def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
-    """Write the table, best model first."""
-    ranking = model_comparison["comparison"]["ranking"]
+    """Write the table, the best model by the paper's recipe first."""
     sizes = drawing.paper_values("structure")["sizes"]
     note = models_style.missing_note(model_comparison["missing"])
     words = " ".join(
@@ -68,8 +67,9 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     errors = [number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")]
     errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
     cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]]
-    for name in ranking:
-        both = {PAPER_TRAINED[name]: by_recipe.get(name), name: model_comparison["models"][name]}
+    models = {name: model_comparison["models"][name] for name in model_comparison["comparison"]["ranking"]}
+    for name in sorted(models, key=lambda name: by_recipe.get(name, models[name])["mse"]):
+        both = {PAPER_TRAINED[name]: by_recipe.get(name), name: models[name]}
         cells += [row(label, one, batches.get(label, "-")) for label, one in both.items() if one]
     shown = {one[0] for one in cells}
     cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]

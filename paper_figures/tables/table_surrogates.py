@@ -3,11 +3,15 @@
 Reads the data of `experiments.surrogates.errors_by_place` and `experiments.surrogates.ways_to_call`.
 """
 
+from pathlib import Path
 from typing import Any
 
+from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
+from surrogate.data.dataset import Split
+from surrogate.prediction.files import BANDED
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
@@ -55,17 +59,40 @@ def page_text(errors_by_place: Any, ways_to_call: Any) -> str:
 
 
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
+CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 
 
-def calls_text(ways_to_call: Any) -> str:
-    """The table of the ways to call for a page: times, the error of the gradient, and how it was made."""
-    gradients, found = ways_to_call["gradients"], []
+def before_use(name: str, published: Path, trajectory: float) -> float:
+    """Core seconds of data and training of a published model: `trajectory` times those it needs, and its trainings.
+
+    Of a network that was trained on from another one the last training counts alone, as its record has no more.
+    """
+    if name in BANDED:
+        run = read_json(published / "pretrained" / name / "run.json")
+        count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
+    else:
+        folder = published / "models" / name
+        count = sum(map(len, Split.load(folder / "split.json").parts.values()))
+        trainings = [read_json(folder / "metrics.json")]
+    return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
+
+
+def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
+    """The table of the ways to call for a page: times, errors, after how many calls a model pays, and its making."""
+    gradients, found, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
     for name in ("solver", *ways_to_call["models"]):
         seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
         times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
-        found.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
+        row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
+        if places := errors_by_place["models"].get(name):
+            calls = before_use(name, published, solver) / (solver - seconds["batch"])
+            row[-2:] = (
+                several(places["box" if "box" in places else "paper"]["pull_off"][:2]),
+                f"{float(f'{calls:.2g}'):,.0f}",
+            )
+        found.append(row)
     return (
-        f"{markdown_table(CALLS, found, 'lrrrrr')}\n\n"
+        f"{markdown_table(CALLS, found, 'lrrrrrrr')}\n\n"
         f"Errors of gradients on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
     )

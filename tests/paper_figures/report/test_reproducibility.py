@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from experiments.paper.model_comparison import PAPER_TRAINED_INPUTS
 from experiments.places import Places
 from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
@@ -18,9 +19,18 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
     for name, claim in ranked["claims"].items():
         claim |= {"decision": "fails", "first": "C"} if name == "d_better_than_c" else {"decision": "not decided"}
     text = reproducibility.statements_text(tmp_path, ranked)
-    assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not")
+    assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: none.\n- **Are not decided**: best")
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
-    assert "| not yet: 2 to train | **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
+    assert "| not yet: 2 to train | - | - | - | **fails** | C | D before C: < 0.001 |" in lines["D better than C"]
+    for features, mse in ("C", 1e-4), ("D", 2e-4):
+        label = PAPER_TRAINED_INPUTS[features]
+        write_model(tmp_path / label, ended_by="recipe")
+        (tmp_path / label / "metrics.json").write_text(json.dumps({"test": {"mse": {"mean": mse}}}), encoding="utf-8")
+    text = reproducibility.statements_text(tmp_path, ranked)
+    assert "- **Fail**: D better than C.\n" in text
+    lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
+    apart = max(one["max"] / one["min"] for one in (ranked["spread"][f"features-{name}"]["test_mse"] for name in "CD"))
+    assert f"| **fails** | C | 2.00 | {apart:.2f} | **fails** | C |" in lines["D better than C"]
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
         Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
 
