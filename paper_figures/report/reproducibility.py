@@ -35,8 +35,8 @@ def forces_text(model_forces: Any) -> str:
     # Nothing is known of a model whose weights are not published.
     largest = 100.0 * max(one["error_difference"] or 0.0 for one in model_forces["models"].values())
     return models_style.forces_note(model_forces) or (
-        "All published models were trained on the forces of the published file, up to the solver's accuracy: their "
-        f"mean test errors on it are within {largest:.2g} % of the recorded ones."
+        "All published models were trained on the forces of the published file, up to the solver's accuracy: the mean "
+        f"test errors on it of those with weights are within {largest:.2g} % of the recorded ones."
     )
 
 
@@ -52,10 +52,7 @@ def statements_text(models: Path, ranking: Any) -> str:
     """One line for each decision by the paper's recipe, with its statements, and a table of both recipes."""
     words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
     header = ["the paper says", "its first", "by its recipe", "first", "ratio", "of seeds"]
-    header, rows, mse = [*header, "by seeds", "first", "least sure order"], [], {}
-    for name, label in PAPER_TRAINED_CONTENDERS.items():
-        if ended_by_recipe(models / label):
-            mse[name] = _trained(models / label)[0]["test"]["mse"]["mean"]
+    header, rows, mse = [*header, "by seeds", "first", "least sure order"], [], _errors_by_paper_recipe(models)
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
         found = ranking["claims"][claim["ranking"]]
@@ -80,6 +77,17 @@ def statements_text(models: Path, ranking: Any) -> str:
         rows.append([says(claim["ranking"]), champion, *by_recipe, *by_seeds])
     lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
     return "\n".join([*lines, "", markdown_table(header, rows, "llllrrlll")])
+
+
+def changes_text(models: Path, ranking: Any) -> str:
+    """The statements on which both recipes decide differently, with both decisions, in a sentence."""
+    mse, differ = _errors_by_paper_recipe(models), []
+    for claim in rankings.ranked():
+        theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"]).get("decision", NOT_DECIDED)
+        ours = ranking["claims"][claim["ranking"]]["decision"]
+        if theirs != ours:
+            differ.append(f"{says(claim['ranking'])} ({theirs}; by seeds {ours})")
+    return f"The paper's recipe decides otherwise than the seeds of ours on: {', '.join(differ) or 'nothing'}."
 
 
 def spread_table(ranking: Any) -> str:
@@ -162,6 +170,14 @@ def hours_text(models: Path, training_speed: Any) -> str:
     known = {name: one for name, one in seconds.items() if one}
     each = ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in known.items())
     return f"{each}; {sum(known.values()) / 3600.0:.0f} for these {len(known)}"
+
+
+def _errors_by_paper_recipe(models: Path) -> dict[str, float]:
+    """Held-out errors of the models that the paper's recipe trained to its end, by their names in the rankings."""
+    ended = {
+        name: models / label for name, label in PAPER_TRAINED_CONTENDERS.items() if ended_by_recipe(models / label)
+    }
+    return {name: _trained(folder)[0]["test"]["mse"]["mean"] for name, folder in ended.items()}
 
 
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:

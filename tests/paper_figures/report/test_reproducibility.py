@@ -31,6 +31,9 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
     apart = max(one["max"] / one["min"] for one in (ranked["spread"][f"features-{name}"]["test_mse"] for name in "CD"))
     assert f"| **fails** | C | 2.00 | {apart:.2f} | **fails** | C |" in lines["D better than C"]
+    assert reproducibility.changes_text(tmp_path, ranked).endswith("on: nothing.")
+    ranked["claims"]["d_better_than_c"]["decision"] = "tie"
+    assert reproducibility.changes_text(tmp_path, ranked).endswith("on: D better than C (fails; by seeds tie).")
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
         Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
 
