@@ -37,6 +37,7 @@ _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+)|_([^\s_]+))?\s*")
 _MOST_BYTES = 2**31  # of an AFM file, unpacked: most formats are archives
 _HEIGHTS = ("height (measured)", "height (piezo)")
+_DEEPEST = (0.2, 0.05)  # parts of the path that tell the sign of the force
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class RawCurve:
         if "indentation" not in found:
             if self.stiffness is None:
                 raise ValueError(
-                    f"Expected the stiffness (N/m) that turns displacement into indentation; received {where} without"
+                    f"Expected the stiffness (N/m; --stiffness) that turns displacement into indentation; received {where} without"
                 )
             depth = path - compression / self.stiffness
         time, speed = found.get("time"), speed or self.speed
@@ -79,7 +80,7 @@ class RawCurve:
             if speed is None:
                 raise ValueError(f"Expected a column time, such as 'time (s)', or a speed; received {where} without")
             time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))]) / speed
-        _check_sign(depth, compression, force_sign, where)
+        _check_sign(path, compression, force_sign, where)
         force = compression if force_sign == "compression" else -compression
         further = {"contact_radius": found.get("contact_radius"), "stage": stage, "force_sign": force_sign}
         return {"time": time, "indentation": depth, "force": force, **further}
@@ -164,15 +165,20 @@ def _converted(curve: Any, stiffness: float | None, path: Path) -> RawCurve:
     return RawCurve(quantities, spring_used, speed_known, (x, y))
 
 
-def _check_sign(indentation: FloatArray, compression: FloatArray, force_sign: ForceSign, where: str) -> None:
-    """Refuse a curve whose tension grows with depth where it is deepest: its sign convention is the other one."""
-    number = np.arange(indentation.size)
-    deep = (number <= np.argmax(indentation)) & (indentation > 0.5 * (indentation.min() + indentation.max()))
-    if np.count_nonzero(deep) < 3:
-        return
-    depth, tension = indentation[deep], -compression[deep]
-    depth, tension = depth - depth.mean(), tension - tension.mean()
-    if depth @ tension > 0.8 * np.linalg.norm(depth) * np.linalg.norm(tension) > 0.0:
+def _check_sign(path: FloatArray, compression: FloatArray, force_sign: ForceSign, where: str) -> None:
+    """Refuse a curve whose tension grows with depth where it is deepest: its sign convention is the other one.
+
+    `path` is the displacement if there is one, since an indentation computed from it follows the force. Both parts of
+    the path must agree: a contact that snaps in within one of them has tension that grows there.
+    """
+    approach = np.arange(path.size) <= np.argmax(path)
+    agree = []
+    for share in _DEEPEST:
+        deep = approach & (path > path.max() - share * np.ptp(path))
+        depth, tension = path[deep] - path[deep].mean(), compression[deep].mean() - compression[deep]
+        together = depth @ tension > 0.8 * np.linalg.norm(depth) * np.linalg.norm(tension) > 0.0
+        agree.append(together and np.count_nonzero(deep) >= 3)
+    if all(agree):
         other = "compression" if force_sign == "tension" else "tension"
         raise ValueError(
             f"the tension in {where} grows with depth, which no contact does; the file was read with "

@@ -37,7 +37,7 @@ SAID_EVERY = 20.0  # seconds between two lines on progress
 BUDGET = 240.0  # seconds in all runs of a tool, beyond which it is not run again
 Item = TypeVar("Item")
 Jobs = Annotated[int, typer.Option(help="Processes.")]
-Count = Annotated[int, typer.Option(help="Number of cases, of each kind where there are several.")]
+Count = Annotated[int, typer.Option(min=1, help="Number of cases, of each kind where there are several.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
 """Options of several measurements."""

@@ -195,7 +195,7 @@ def map_text(lab_coverage: Any) -> str:
 def study(
     *,
     curves: Annotated[int, typer.Option(help="Curves of each class of closed forms.")] = 200,
-    cases: Annotated[int, typer.Option(help="Curves of the solver's own, of either instrument.")] = 40,
+    cases: Annotated[int, typer.Option(min=1, help="Curves of the solver's own, of either instrument.")] = 40,
     seed: Seed = 0,
     jobs: Jobs = 1,
     folder: Annotated[Path, typer.Option(help="Where cases are kept.")] = KEPT,

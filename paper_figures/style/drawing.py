@@ -79,7 +79,7 @@ def letters(panels: Iterable[Axes]) -> None:
 def panels(rows: int, columns: int, *, height: float, **options: Any) -> tuple[Figure, np.ndarray]:
     """Create a figure in two columns' width and its lettered panels, row by row; options are those of `subplots`."""
     drawn = figure(height=height)
-    found = drawn.subplots(rows, columns, **options).ravel()
+    found = drawn.subplots(rows, columns, squeeze=False, **options).ravel()
     letters(found)
     return drawn, found
 

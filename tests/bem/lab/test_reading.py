@@ -56,6 +56,9 @@ def test_the_sign_is_the_readers_choice_and_the_wrong_one_is_refused(tmp_path, c
     np.testing.assert_allclose(ForceCurve.read(path, force_sign="compression").tension, curve.force, rtol=1e-9)
     with pytest.raises(ValueError, match=r"grows with depth, which no contact does.*and should be 'compression'"):
         ForceCurve.read(path)
+    # A soft cantilever: the indentation follows from the force, the displacement does not.
+    with pytest.raises(ValueError, match="should be 'compression'"):
+        ForceCurve.read("examples/measured_tissue.csv", stiffness=0.010951)
 
 
 def test_displacement_of_the_stage_loses_what_the_spring_takes(tmp_path, curve):
