@@ -64,10 +64,10 @@ def test_training_leaves_a_file_that_loads(folder):
 @pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*/model.onnx")), ids=lambda path: path.parent.name)
 def test_a_published_file_holds_the_numbers_of_its_weights_file(path):
     contents = (folder_content(path.parent), surrogate.load(path.parent).network.content())
-    fresh, found = (
-        [onnx.numpy_helper.to_array(one) for one in onnx.load_model_from_string(content).graph.initializer]
-        for content in contents
-    )
+    models = [onnx.load_model_from_string(content) for content in contents]
+    fresh, found = ([onnx.numpy_helper.to_array(one) for one in model.graph.initializer] for model in models)
+    keys, known = ([one.key for one in model.metadata_props] for model in models)
+    assert keys == known
     assert len(fresh) == len(found)
     for expected in fresh:
         assert any(one.shape == expected.shape and np.array_equal(one, expected) for one in found)
