@@ -72,7 +72,8 @@ class RawCurve:
         if "indentation" not in found:
             if self.stiffness is None:
                 raise ValueError(
-                    f"Expected the stiffness (N/m; --stiffness) that turns displacement into indentation; received {where} without"
+                    "Expected the stiffness (N/m; --stiffness) that turns displacement into indentation; received "
+                    f"{where} without"
                 )
             depth = path - compression / self.stiffness
         time, speed = found.get("time"), speed or self.speed

@@ -22,6 +22,7 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
+from bem.plots import COLOURS
 from bem.reference_solutions import hertz
 
 solid = StandardLinearSolid(modulus_ratio=0.1)
@@ -76,8 +77,9 @@ since = creep.time[held] - 5e-4
 closed_form = relaxed * (1.0 - 0.9 * np.exp(-since)) ** (2.0 / 3.0)
 
 figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="constrained")
-axes.plot(creep.time[held], travel, linewidth=3, alpha=0.5, label="simulated")
-axes.plot(creep.time[held], closed_form, "k--", label="Lee and Radok")
+axes.plot(creep.time[held], travel, color=COLOURS["solver"], label="simulated")
+theory = {"color": COLOURS["closed form"], "linestyle": "--", "linewidth": 2.5}
+axes.plot(creep.time[held], closed_form, **theory, label="Lee and Radok")
 axes.set(xlabel="time (retardation times)", ylabel=r"indentation ($h_0$)")
 axes.legend(frameon=False)
 plt.show()

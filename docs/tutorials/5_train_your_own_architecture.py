@@ -111,6 +111,7 @@ run(
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.plots import COLOURS
 
 model = surrogate.load(folder / "models" / "M7-concat")
 protocol = LoadingProtocol(
@@ -120,10 +121,11 @@ scene = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
 predicted, exact = model.predict(scene, protocol), simulate(scene, protocol)
 
 figure, axes = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
-axes.plot(exact.time, exact.force, label="solver")
-axes.plot(predicted.time, predicted.force, "--", label="M7-concat, 400 trajectories")
+axes.plot(exact.time, exact.force, color=COLOURS["solver"], label="solver")
+axes.plot(predicted.time, predicted.force, "C6--", label="M7-concat, 400 trajectories")
 published = surrogate.load("M1-concat").predict(scene, protocol)
-axes.plot(published.time, published.force, ":", label="M1-concat, as published")
+look = {"color": COLOURS["M1"], "linestyle": ":"}
+axes.plot(published.time, published.force, **look, label="M1-concat, as published")
 axes.set(xlabel="time (retardation times)", ylabel=r"force ($\pi R\Delta\gamma$)")
 axes.legend(frameon=False)
 plt.show()

@@ -45,7 +45,7 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     if set(shown) <= set(model_comparison["missing"]):
         raise FileNotFoundError(f"no {' or '.join(SHOWN)} model is published; `make models` trains them")
     drawn, panels = drawing.panels(1, 2, sharex=True, sharey=True, height=2.7)
-    theirs = [models_style.recipe_handle()] if models_style.trained_by_paper_recipe(model_comparison) else []
+    theirs = [models_style.recipe_handle(curves=True)] if models_style.trained_by_paper_recipe(model_comparison) else []
     for axes, conditioning in zip(panels, SHOWN, strict=True):
         draw_curves(axes, model_comparison, conditioning, ranking)
         if axes.lines:

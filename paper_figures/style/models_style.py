@@ -142,10 +142,10 @@ def conditioning_handles() -> list[Line2D]:
     ]
 
 
-def recipe_handle() -> Line2D:
-    """Legend entry of the models trained by the paper's recipe."""
+def recipe_handle(curves: bool = False) -> Line2D:
+    """Legend entry of the models trained by the paper's recipe, whose curves are solid."""
     look = {"marker": "o", "color": "0.6", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8}
-    return Line2D([], [], linestyle="", markersize=5.0, label="black edge: paper's recipe", **look)
+    return Line2D([], [], linestyle="", markersize=5.0, label=f"black edge{', solid' * curves}: paper's recipe", **look)
 
 
 def paper_marker(name: str) -> dict[str, Any]:
@@ -154,10 +154,10 @@ def paper_marker(name: str) -> dict[str, Any]:
     return marker(name) | hollow
 
 
-def handles(paper: str) -> list[Line2D]:
+def handles(paper: str, curves: bool = False) -> list[Line2D]:
     """Legend entries of families, conditionings and the paper's own point."""
     theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
-    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle()]
+    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle(curves)]
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:
