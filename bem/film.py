@@ -14,8 +14,8 @@ import numpy as np
 
 from bem._support.outputs import FILMS, require_suffix
 from bem.plots import COLOURS as TOOLS
-from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label
-from bem.profiles import Profiles, axis_of_phases, moments, shares_of_phases
+from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label, smooth
+from bem.profiles import Profiles, axis_of_phases, moments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,7 +115,8 @@ def _profiles_of(trajectory: Any) -> Profiles:
 
 def _draw_history(axes: Axes, trajectory: Any) -> None:
     axes.axhline(0.0, **ZERO)
-    axes.plot(shares_of_phases(trajectory), trajectory.force, color=TOOLS["solver"], linewidth=1.2)
+    time, _, force = smooth(trajectory)
+    axes.plot(np.interp(time, *axis_of_phases(trajectory)), force, color=TOOLS["solver"], linewidth=1.2)
     mark_phases(axes, trajectory.corners)
     axes.tick_params(labelsize=7)
     axes.margins(y=0.12)

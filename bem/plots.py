@@ -142,7 +142,7 @@ def draw_trajectory(trajectory: Any, title: str = "") -> Figure:
         after = jump.indentation_after if math.isfinite(jump.indentation_after) else jump.indentation
         jumps.append(([jump.indentation, after], [jump.force_before, jump.force_after]))
     figure = draw_curve(
-        dict(zip(("time", "indentation", "force"), _smooth(trajectory), strict=True)),
+        dict(zip(("time", "indentation", "force"), smooth(trajectory), strict=True)),
         trajectory.corners,
         {"time": phases_label(trajectory), "indentation": INDENTATION_LABEL, "force": FORCE_LABEL},
         over_time="indentation" if trajectory.by_force else "force",
@@ -174,8 +174,15 @@ def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] 
     axes.grid(axis="x", color="0.9", linewidth=0.8)
 
 
-def _smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, indentation and force with points between the records, by the interpolation of `Trajectory.at`."""
+def smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, indentation and force with points between the records, by the interpolation of `Trajectory.at`.
+
+    Args:
+        trajectory: a `bem.Trajectory` of n records.
+
+    Returns:
+        three arrays of shape (n + `POINTS_BETWEEN` (n - 1),); within a jump the force is NaN.
+    """
     time, share = trajectory.time, np.arange(1, POINTS_BETWEEN + 1) / (POINTS_BETWEEN + 1)
     between = (time[:-1, None] + share * np.diff(time)[:, None]).ravel()
     place = np.repeat(np.arange(1, len(time)), POINTS_BETWEEN)
