@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import bem
@@ -117,6 +118,21 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhes
     adheres = isinstance(adhesion, LennardJones)
     assert ("pull-off" in moments(trajectory)) == adheres
     assert [float(tick.get_text()) > 0.0 for tick in figure.axes[-1].get_yticklabels()][2:] == [True] * adheres
+
+
+def test_the_labels_of_a_film_do_not_touch(trajectory, tmp_path, monkeypatch):
+    figures = []
+
+    def layout(self, *engine, **more):
+        figures.append(self)
+        return original(self, *engine, **more)
+
+    original = Figure.set_layout_engine
+    monkeypatch.setattr(Figure, "set_layout_engine", layout)
+    trajectory.animate(tmp_path / "contact.gif")
+    _, history, bar = figures[-1].axes
+    force, traction = (axes.yaxis.label.get_window_extent() for axes in (history, bar))
+    assert force.x0 - traction.x1 > 0.5 * force.width
 
 
 def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
