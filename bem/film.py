@@ -14,8 +14,8 @@ import numpy as np
 
 from bem._support.outputs import FILMS, require_suffix
 from bem.plots import COLOURS as TOOLS
-from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label
-from bem.profiles import Profiles, axis_of_phases, moments, shares_of_phases
+from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, labels_of, mark_phases, smooth
+from bem.profiles import Profiles, axis_of_phases, moments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,6 +50,7 @@ def write_film(trajectory: Any, path: str | Path) -> None:
     places = np.interp(profiles.time, *axis_of_phases(trajectory))
     view = _View(profiles)
     view.add_bar(figure, contact)
+    figure.get_layout_engine().set(w_pad=0.12)
 
     def frame(number: int) -> None:
         contact.clear()
@@ -58,7 +59,7 @@ def write_film(trajectory: Any, path: str | Path) -> None:
         mark.set_data([places[number]], [profiles.force[number]])
 
     frame(0)
-    figure.draw_without_rendering()
+    mark_phases(history, trajectory.corners)
     figure.set_layout_engine("none")  # it would arrange every frame anew
     writer = PillowWriter(PER_SECOND) if Path(path).suffix == ".gif" else FFMpegWriter(PER_SECOND)
     FuncAnimation(figure, frame, len(profiles)).save(path, writer=writer, dpi=RESOLUTION)
@@ -101,6 +102,7 @@ def draw_filmstrip(trajectory: Any) -> Figure:
         history.plot(*place, "o", color="white", markeredgecolor=PULL_OFF, markersize=10, zorder=3)
         history.annotate(str(column + 1), place, ha="center", va="center", fontsize=7, zorder=4)
     view.add_bar(figure, panels)
+    mark_phases(history, trajectory.corners)
     return figure
 
 
@@ -115,11 +117,11 @@ def _profiles_of(trajectory: Any) -> Profiles:
 
 def _draw_history(axes: Axes, trajectory: Any) -> None:
     axes.axhline(0.0, **ZERO)
-    axes.plot(shares_of_phases(trajectory), trajectory.force, color=TOOLS["solver"], linewidth=1.2)
-    mark_phases(axes, trajectory.corners)
+    time, _, force = smooth(trajectory)
+    axes.plot(np.interp(time, *axis_of_phases(trajectory)), force, color=TOOLS["solver"], linewidth=1.2)
     axes.tick_params(labelsize=7)
     axes.margins(y=0.12)
-    axes.set_xlabel(phases_label(trajectory), fontsize=8)
+    axes.set_xlabel(labels_of(trajectory.corners)["time"], fontsize=8)
     axes.set_ylabel(FORCE_LABEL, fontsize=8)
     axes.spines[["top", "right"]].set_visible(False)
 

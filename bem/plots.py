@@ -40,6 +40,8 @@ FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
 TIME_LABEL = r"time $t/\tau$"
 INDENTATION_LABEL = r"indentation $\delta/h_0$"
 STRETCHED = ", each phase to a scale of its own"
+MOST_FORCES = 4
+"""Forces named in a title, which has to fit over the picture."""
 POINTS_BETWEEN = 7
 """Points drawn between two records."""
 
@@ -54,8 +56,23 @@ class Top(NamedTuple):
     detached: bool
 
 
+class Line(NamedTuple):
+    """One curve of a picture: arrays (n,), the tool that it is of, and the band of its force."""
+
+    time: FloatArray
+    indentation: FloatArray
+    force: FloatArray
+    label: str = ""
+    colour: str = COLOURS["solver"]
+    band: tuple[FloatArray, FloatArray] | None = None
+    """Lower and upper end (n,); not drawn where it is not finite."""
+    coverage: float | None = None
+    """Share of true forces that the band is to contain."""
+    dashed: bool = False
+
+
 def draw_curve(
-    curve: Mapping[str, FloatArray],
+    lines: Sequence[Line],
     corners: FloatArray,
     labels: Mapping[str, str],
     *,
@@ -67,7 +84,7 @@ def draw_curve(
     """Draw force, or indentation, against time, and force against indentation.
 
     Args:
-        curve: time, indentation and force of the line, each (n,).
+        lines: one or several, over the same time; of those with a label there is a legend.
         corners: instants (s,) at which the phases begin, and the end.
         labels: of time, indentation and force.
         over_time: "force" or "indentation".
@@ -83,10 +100,19 @@ def draw_curve(
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     history, loop = figure.subplots(1, 2, sharey=over_time == "force")
-    places = places_of(corners)
-    for axes, across, up in ((history, np.interp(curve["time"], corners, places), over_time), (loop, None, "force")):
+    places, compared = places_of(corners), any(line.dashed for line in lines)
+    for axes, up in ((history, over_time), (loop, "force")):
         axes.axhline(0.0, **ZERO)
-        axes.plot(curve["indentation"] if across is None else across, curve[up], color=COLOURS["solver"], linewidth=1.2)
+        for line in lines:
+            across = line.indentation if axes is loop else np.interp(line.time, corners, places)
+            # Wide and light, so that a line shows beside dashes where the two agree.
+            style: dict[str, Any] = {"linewidth": 2.5, "alpha": 0.6} if compared else {"linewidth": 1.2}
+            if line.dashed:
+                style = {"linestyle": "--", "linewidth": 1.0}
+            axes.plot(across, getattr(line, up), color=line.colour, label=line.label or None, **style)
+            if up == "force" and line.band is not None and np.all(np.isfinite(line.band)):
+                named = {"label": f"{100.0 * line.coverage:g} % band"} if line.coverage else {}
+                axes.fill_between(across, *line.band, color=line.colour, alpha=0.3, linewidth=0.0, **named)
         axes.margins(y=0.1)
         if not (axes is loop and over_time == "force"):  # which then shares the axis of the history
             axes.set_ylabel(labels[up])
@@ -95,7 +121,6 @@ def draw_curve(
             axes.yaxis.set_major_formatter(units(up))
     loop.set_xlabel(labels["indentation"])
     history.set_xlabel(labels["time"])
-    mark_phases(history, corners, units("time") if units else None)
     if units:
         loop.xaxis.set_major_formatter(units("indentation"))
         loop.locator_params(axis="x", nbins=5)  # labels with units are wide
@@ -107,12 +132,17 @@ def draw_curve(
         labelled, place = (history, (at, top.force)) if over_time == "force" else (loop, (top.indentation, top.force))
         left, right = labelled.get_xlim()
         leftmost = place[0] - left < 0.4 * (right - left)
-        style = {"xytext": (8 if leftmost else -8, 6), "textcoords": "offset points", "color": PULL_OFF}
+        style = {
+            "xytext": (8 if leftmost else -8, 6 if top.force > 0.0 else -16),
+            "textcoords": "offset points",
+            "color": PULL_OFF,
+        }
         labelled.annotate(top.words, place, ha="left" if leftmost else "right", **style)
     for number, jump in enumerate(jumps):
         loop.plot(*jump, ":", color=JUMP, linewidth=2.0, label=None if number else "jump")
-    if jumps:
+    if loop.get_legend_handles_labels()[0]:
         loop.legend(frameon=False)
+    mark_phases(history, corners, units("time") if units else None)
     return figure
 
 
@@ -131,22 +161,16 @@ def draw_trajectory(trajectory: Any, title: str = "") -> Figure:
     """
     if trajectory.time.size == 0:
         raise ValueError(f"a plot needs a trajectory that was started; received status {trajectory.status!r}")
-    top = None
-    if trajectory.pull_off_force > 0.0:
-        at, largest = trajectory.pull_off_time, trajectory.pull_off_force
-        words = f"{'pull-off' if trajectory.detached else 'not detached; largest tension'} {largest:.4g}"
-        depth = float(trajectory.indentation[trajectory.time.searchsorted(at)])
-        top = Top(at, depth, largest, words, trajectory.detached)
     jumps = []
     for jump in trajectory.jumps:
         after = jump.indentation_after if math.isfinite(jump.indentation_after) else jump.indentation
         jumps.append(([jump.indentation, after], [jump.force_before, jump.force_after]))
     figure = draw_curve(
-        dict(zip(("time", "indentation", "force"), _smooth(trajectory), strict=True)),
+        [line_of(trajectory)],
         trajectory.corners,
-        {"time": phases_label(trajectory), "indentation": INDENTATION_LABEL, "force": FORCE_LABEL},
+        labels_of(trajectory.corners),
         over_time="indentation" if trajectory.by_force else "force",
-        top=top,
+        top=top_of(trajectory),
         jumps=jumps,
     )
     if title:
@@ -154,28 +178,111 @@ def draw_trajectory(trajectory: Any, title: str = "") -> Figure:
     return figure
 
 
-def phases_label(trajectory: Any) -> str:
-    """Label of an axis of time with the places of `bem.profiles.axis_of_phases`."""
-    return TIME_LABEL + STRETCHED * (len(trajectory.corners) > 2)
+def line_of(trajectory: Any) -> Line:
+    """The line of a `bem.Trajectory`; of a predicted one with the model's name and colour, and the band if it has one.
+
+    Args:
+        trajectory: with the band `force_lower` and `force_upper`, or without.
+
+    Returns:
+        its line, between the records as `smooth` has it.
+    """
+    time, indentation, force = smooth(trajectory)
+    model, band = getattr(trajectory, "model", ""), None
+    if getattr(trajectory, "force_lower", None) is not None:
+        lower, upper = (
+            force + np.interp(time, trajectory.time, end - trajectory.force)
+            for end in (trajectory.force_lower, trajectory.force_upper)
+        )
+        band = lower, upper
+    return Line(time, indentation, force, model, colour_of(model), band, getattr(trajectory, "coverage", None))
+
+
+def colour_of(model: str) -> str:
+    """Colour of a tool or model by its name, such as M1-concat; that of the solver for others."""
+    return COLOURS.get(model.partition("-")[0], COLOURS["solver"])
+
+
+def top_of(trajectory: Any) -> Top | None:
+    """The pull-off of a `bem.Trajectory`, or its largest tension while unloading; `None` where it is not pulled."""
+    if not trajectory.pull_off_force > 0.0:
+        return None
+    at, largest = trajectory.pull_off_time, trajectory.pull_off_force
+    depth = float(trajectory.indentation[trajectory.time.searchsorted(at)])
+    return Top(at, depth, largest, f"{top_words(trajectory.detached)} {largest:.4g}", trajectory.detached)
+
+
+def top_words(detached: bool | None) -> str:
+    """What the largest tension of a contact is called that let go, that did not, or of which that is not known."""
+    return {True: "pull-off", False: "not detached; largest tension", None: "largest tension"}[detached]
+
+
+def labels_of(corners: FloatArray) -> dict[str, str]:
+    """Labels of the axes of time, with the places of `bem.profiles.places_of`, of indentation and of force."""
+    time = TIME_LABEL + STRETCHED * (len(corners) > 2)
+    return {"time": time, "indentation": INDENTATION_LABEL, "force": FORCE_LABEL}
+
+
+def title_of(scene: Any, protocol: Any) -> str:
+    """Scene and protocol, a line for each."""
+    name = type(scene.material).__name__
+    material = {"StandardLinearSolid": "standard linear solid", "PronySeries": "Prony series"}.get(name, name.lower())
+    if name != "Elastic":
+        material += f" of modulus ratio {scene.material.modulus_ratio:g}"
+    contact = f"Tabor parameter {scene.tabor:g}, {material}"
+    if not hasattr(protocol, "peak_indentation"):
+        forces = [f"{force:g} at {time:g}" for time, force in zip(protocol.times, protocol.forces, strict=True)]
+        more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
+        return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
+    return (
+        f"{contact}\nindented to {protocol.peak_indentation:g} at rate "
+        f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"
+    )
 
 
 def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] | None = None) -> None:
-    """Give an axis of time the instants at which the phases begin, some of many; of a single phase round ones."""
+    """Give an axis of time the instants at which the phases begin, some of many; of a single phase round ones.
+
+    Args:
+        axes: of a figure that is drawn already, since texts that would overlap are left out.
+        corners: instants (s,) at which the phases begin, and the end.
+        written: formatter of an instant; plain numbers by default.
+    """
     from matplotlib.ticker import MaxNLocator
 
     shown = corners[:: -(-len(corners) // 9)]
     if len(corners) == 2:  # one phase, to scale
         ticks = MaxNLocator(5).tick_values(*corners)
         shown = ticks[(ticks >= corners[0]) & (ticks <= corners[1])]
-    texts = [f"{one:.3g}" for one in shown]
-    axes.set_xticks(
-        np.interp(shown, corners, places_of(corners)), [written(float(text)) for text in texts] if written else texts
-    )
+    at, texts = np.interp(shown, corners, places_of(corners)), _texts(shown, written or "{:.12g}".format)
+    axes.set_xticks(at, texts)
+    axes.figure.draw_without_rendering()
+    boxes, kept = [label.get_window_extent().padded(2.0, 0.0) for label in axes.get_xticklabels()], list[int]()
+    for number in (len(at) - 1, *range(len(at) - 1)):
+        if not any(boxes[number].overlaps(boxes[one]) or texts[number] == texts[one] for one in kept):
+            kept.append(number)
+    axes.set_xticks(at, [text if number in kept else "" for number, text in enumerate(texts)])
     axes.grid(axis="x", color="0.9", linewidth=0.8)
 
 
-def _smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, indentation and force with points between the records, by the interpolation of `Trajectory.at`."""
+def _texts(values: FloatArray, written: Callable[[float], str]) -> list[str]:
+    """Increasing values with as many digits, three at least, as leave of the steps between them what they are."""
+    steps, found = np.diff(values), []
+    for value, step in zip(values, np.minimum(np.append(steps, np.inf), np.insert(steps, 0, np.inf)), strict=True):
+        rounded = (float(f"{value:.{digits}g}") for digits in range(3, 17))
+        found.append(written(next((one for one in rounded if abs(one - value) <= 0.25 * step), float(value))))
+    return found
+
+
+def smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, indentation and force with points between the records, by the interpolation of `Trajectory.at`.
+
+    Args:
+        trajectory: a `bem.Trajectory` of n records.
+
+    Returns:
+        three arrays of shape (n + `POINTS_BETWEEN` (n - 1),); within a jump the force is NaN.
+    """
     time, share = trajectory.time, np.arange(1, POINTS_BETWEEN + 1) / (POINTS_BETWEEN + 1)
     between = (time[:-1, None] + share * np.diff(time)[:, None]).ravel()
     place = np.repeat(np.arange(1, len(time)), POINTS_BETWEEN)

@@ -131,14 +131,19 @@ def moments(trajectory: Any) -> dict[str, float]:
     found = {"apart" if not touching[0] else "start": time[0]}
     if touching.any() and not touching[0]:
         found["first contact"] = time[np.argmax(touching)]
-    found["pressed"] = time[np.argmin(trajectory.force)]
-    if trajectory.unloading.any():
-        found["relaxed"] = time[np.argmax(trajectory.unloading)]
+    stage = trajectory.stage
+    deepest = touching & (stage >= stage.max() - 1e-9 * np.ptp(stage))
+    if deepest.any():
+        first = int(np.argmax(deepest))
+        last = first + int(np.argmin(np.append(deepest[first:], False))) - 1
+        found["pressed"] = time[first]
+        if trajectory.unloading[last] and time[last] > time[first]:
+            found["relaxed"] = time[last]
     if trajectory.pull_off_force > 0.0:
         found["pull-off" if trajectory.detached else "largest tension"] = trajectory.pull_off_time
     found["released" if trajectory.detached else "end"] = time[-1]
-    first = {float(at): name for name, at in reversed(found.items())}  # of two at one instant, the former
-    return {first[at]: at for at in sorted(first)}
+    named = {float(at): name for name, at in reversed(found.items())}  # of two at one instant, the former
+    return {named[at]: at for at in sorted(named)}
 
 
 def telling_instants(trajectory: Any, count: int) -> FloatArray:

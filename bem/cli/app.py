@@ -30,8 +30,6 @@ FORCES = "Force at these times, separated by commas, linear between them, in pi 
 
 FRAMES = 80
 """Profiles of a film."""
-MOST_FORCES = 4
-"""Forces named in a title, which has to fit over the picture."""
 
 add_version(app, "bem", __version__)
 
@@ -73,6 +71,7 @@ def simulate(
     --plot loop.png
     """
     from bem.film import require_film
+    from bem.plots import title_of
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
 
@@ -92,7 +91,7 @@ def simulate(
         write(outputs, csv, lambda part: write_csv(trajectory, part))
 
         def plotted(part: Path) -> None:
-            trajectory.plot(title=title(scene, protocol)).savefig(part, dpi=150)
+            trajectory.plot(title=title_of(scene, protocol)).savefig(part, dpi=150)
 
         for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
             if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
@@ -126,22 +125,6 @@ def compile_kernels() -> None:
 def app_main() -> None:
     """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
     run_command(app, "bem")
-
-
-def title(scene: Any, protocol: Any) -> str:
-    """Scene and protocol, a line for each."""
-    material = type(scene.material).__name__.replace("StandardLinearSolid", "standard linear solid")
-    if hasattr(scene.material, "modulus_ratio"):
-        material += f" of modulus ratio {scene.material.modulus_ratio:g}"
-    contact = f"Tabor parameter {scene.tabor:g}, {material}"
-    if not hasattr(protocol, "peak_indentation"):
-        forces = [f"{force:g} at {time:g}" for time, force in zip(protocol.times, protocol.forces, strict=True)]
-        more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
-        return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
-    return (
-        f"{contact}\nindented to {protocol.peak_indentation:g} at rate "
-        f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"
-    )
 
 
 def write_csv(trajectory: Any, path: Path) -> None:

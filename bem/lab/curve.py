@@ -48,6 +48,10 @@ class ForceCurve(Tabular):
             where there is no spring.
         force_lower, force_upper: band of each force of a prediction, in N, infinite outside the training; else `None`.
         pull_off_interval: band of its pull-off force, in N, positive in tension; else `None`.
+        detached: whether the contact had ended by the last point; without a word of it, whether its contact radius had,
+            or `None` where that was not measured.
+        model: name of the model that predicted the curve.
+        coverage: share of true forces that its band is to contain.
 
     Raises:
         ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
@@ -62,6 +66,9 @@ class ForceCurve(Tabular):
     force_lower: FloatArray | None = None
     force_upper: FloatArray | None = None
     pull_off_interval: tuple[float, float] | None = None
+    detached: bool | None = None
+    model: str = ""
+    coverage: float | None = None
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
@@ -71,6 +78,8 @@ class ForceCurve(Tabular):
         lengths = {name: len(getattr(self, name)) for name in ("time", "indentation", "force", *optional)}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"the columns of a force curve must have the same length; received {lengths}")
+        if self.detached is None and self.contact_radius is not None:
+            object.__setattr__(self, "detached", bool(self.contact_radius[-1] == 0.0))
         back = np.flatnonzero(np.diff(self.time) < 0.0)
         if back.size:
             raise ValueError(
@@ -154,11 +163,6 @@ class ForceCurve(Tabular):
         return float(np.max(self.tension[int(np.argmax(self.indentation)) :]))
 
     @property
-    def detached(self) -> bool:
-        """Whether the contact is known to have ended by the last point."""
-        return self.contact_radius is not None and bool(self.contact_radius[-1] == 0.0)
-
-    @property
     def hysteresis(self) -> float:
         """Area |closed integral of force d(indentation)| of the loop, in J."""
         return abs(float(0.5 * (self.force[1:] + self.force[:-1]) @ np.diff(self.indentation)))
@@ -210,20 +214,22 @@ class ForceCurve(Tabular):
         """
         from matplotlib.ticker import EngFormatter
 
-        from bem.plots import STRETCHED, Top, draw_curve
+        from bem.plots import STRETCHED, Line, Top, colour_of, draw_curve, top_words
 
         units = {name: EngFormatter(unit) for name, unit in _UNITS.items()}
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
         largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
-        words = f"{'pull-off' if self.detached else 'largest tension'} {largest}"
-        top = Top(self.time[at], self.indentation[at], self.force[at], words, self.detached)
+        words = f"{top_words(self.detached)} {largest}"
+        top = Top(self.time[at], self.indentation[at], self.force[at], words, bool(self.detached))
         labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}
-        shown = {name: getattr(self, name) for name in labels}
+        band = None if self.force_lower is None or self.force_upper is None else (self.force_lower, self.force_upper)
+        look = (self.model, colour_of(self.model), band, self.coverage)
+        line = Line(self.time, self.indentation, self.force, *look)
         marked = top if self.tension[at] > 0.0 else None
-        return draw_curve(shown, corners, labels, over_time=over_time, top=marked, units=units.__getitem__)
+        return draw_curve([line], corners, labels, over_time=over_time, top=marked, units=units.__getitem__)
 
     def write(self, path: str | Path) -> None:
         """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.

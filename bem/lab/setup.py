@@ -330,6 +330,9 @@ class Setup:
                 stacklevel=3,
             )
         interval, radius = getattr(trajectory, "pull_off_interval", None), trajectory.contact_radius
+        said: dict[str, Any] = {
+            name: getattr(trajectory, name) for name in ("detached", "model", "coverage") if hasattr(trajectory, name)
+        }
         bands: dict[str, Any] = {name: getattr(trajectory, name, None) for name in ("force_lower", "force_upper")}
         curve = ForceCurve(
             time=trajectory.time * self.time_scale,
@@ -338,6 +341,7 @@ class Setup:
             contact_radius=radius * self.contact_radius_scale if np.all(np.isfinite(radius)) else None,
             stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
             pull_off_interval=interval and (interval[0] * self.force_scale, interval[1] * self.force_scale),
+            **said,
             **{name: band * self.force_scale for name, band in bands.items() if band is not None},
         )
         return curve.with_sign(force_sign)

@@ -133,57 +133,39 @@ def _largest_since(simulated: Any, instants: np.ndarray) -> float:
     return float(simulated.force[last].max()) if last.any() else np.nan
 
 
-def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[Any] | None = None) -> None:
-    """Draw force over time and over indentation, bands where there are any, and dashed lines for the solver.
+def plot_predictions(
+    path: Path, predicted: Sequence[Any], simulated: Sequence[Any] | None = None, title: str = ""
+) -> None:
+    """Draw force over time and over indentation as `bem.Trajectory.plot` does, and dashed lines for the solver.
 
-    Each phase has a width of its own, as in `bem.Trajectory.plot`, unless the phases of the trajectories differ.
+    Each phase has a width of its own, unless the phases of the trajectories differ.
 
     Args:
         path: Image file; the suffix determines the format.
         predicted: Predicted trajectories; the first `MOST_DRAWN` are drawn.
         simulated: Trajectories of the solver, in the same order.
+        title: Of the figure.
     """
-    from matplotlib.figure import Figure
+    from bem.plots import COLOURS, draw_curve, labels_of, line_of, top_of
 
-    from bem.plots import COLOURS, FORCE_LABEL, INDENTATION_LABEL, TIME_LABEL, mark_phases, phases_label
-    from bem.profiles import places_of
-
-    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    history, loop = figure.subplots(1, 2, sharey=True)
     shown = predicted[:MOST_DRAWN]
     # The first prediction has the colour of its tool, several are told apart by those of the families.
     tools = [shown[0].model.partition("-")[0], *(f"M{number}" for number in range(1, 7))]
     colours = [COLOURS[tool] for tool in dict.fromkeys(tools) if tool in COLOURS]
+    lines = []
+    for number, found in enumerate(shown):
+        line = line_of(found)._replace(colour=colours[number % len(colours)])
+        if len(shown) > 1:
+            line = line._replace(label=f"{found.model}, trajectory {number}" if number < len(colours) else "")
+        lines.append(line._replace(coverage=None) if number else line)
+        if simulated and simulated[number].time.size:
+            lines.append(line_of(simulated[number])._replace(label="" if number else "solver", dashed=True))
     corners = shown[0].corners
-    phases = all(np.array_equal(one.corners, corners) for one in shown)
-    label = phases_label(shown[0]) if phases else TIME_LABEL
-
-    def across(trajectory: Any, quantity: str) -> np.ndarray:
-        values: np.ndarray = getattr(trajectory, quantity)
-        return np.interp(values, corners, places_of(corners)) if phases and quantity == "time" else values
-
-    for axes, quantity, words in ((history, "time", label), (loop, "indentation", INDENTATION_LABEL)):
-        axes.axhline(0.0, color="0.8", linewidth=0.8)
-        for number, found in enumerate(shown):
-            first = number == 0
-            # Wide and light, so that it shows beside the solver's dashes where the two agree.
-            colour = colours[number % len(colours)]
-            named = found.model if len(shown) == 1 else f"{found.model}, trajectory {number}"
-            style = {"color": colour, "alpha": 0.6, "linewidth": 2.5}
-            axes.plot(across(found, quantity), found.force, **style, label=named if number < len(colours) else None)
-            if quantity == "time" and found.force_lower is not None and not found.extrapolated:
-                band = (across(found, quantity), found.force_lower, found.force_upper)
-                axes.fill_between(*band, color=colour, alpha=0.25, linewidth=0)
-            if simulated:
-                other = simulated[number]
-                style = {"color": COLOURS["solver"], "linestyle": "--", "linewidth": 1.0}
-                axes.plot(across(other, quantity), other.force, **style, label="solver" if first else None)
-        axes.set_xlabel(words)
-        axes.spines[["top", "right"]].set_visible(False)
-    if phases:
-        mark_phases(history, corners)
-    history.set_ylabel(FORCE_LABEL)
-    loop.legend(frameon=False)
+    if any(not np.array_equal(one.corners, corners) for one in shown):
+        corners = np.array([min(one.time[0] for one in shown), max(one.time[-1] for one in shown)])
+    figure = draw_curve(lines, corners, labels_of(corners), top=top_of(shown[0]) if len(shown) == 1 else None)
+    if title:
+        figure.suptitle(title, fontsize=10)
     figure.savefig(path, dpi=150)
 
 

@@ -71,6 +71,7 @@ def predict(
     """
     import surrogate
     from bem._support.outputs import IMAGES, Outputs, require_suffix
+    from bem.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
     from surrogate.cli.predict_io import along, asked, of_protocols, to_json, write_protocols, write_trajectories
@@ -107,7 +108,9 @@ def predict(
         if plot is not None:
             with outputs.write(plot) as part:
                 simulated = [one.simulated for one in answers] if check else None
-                plot_predictions(part, [one.found for one in answers], simulated)
+                alone = len(answers) == 1 and model.modulus_ratio in (None, ratio)
+                title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
+                plot_predictions(part, [one.found for one in answers], simulated, title)
     if as_json:
         typer.echo(to_json(answers))
         return

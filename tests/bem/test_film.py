@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import bem
@@ -63,6 +64,27 @@ def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
     assert all(np.abs(trajectory.profiles.time - time).min() < 1e-3 for time in named.values())
 
 
+def test_pressed_is_the_deepest_contact_and_relaxed_ends_a_dwell():
+    # An elastic contact that is pulled throughout is pulled least where the sphere is far away.
+    quick = LoadingProtocol(peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1000.0)
+    scene = Scene(3.2, Elastic())
+    trajectory = bem.simulate(scene, quick, "draft", profiles=40)
+    named = moments(trajectory)
+    assert list(named) == ["apart", "first contact", "pressed", "pull-off", "released"]
+    assert named["pressed"] == trajectory.time[trajectory.indentation.argmax()]
+    # Each cycle presses again; only the deepest counts, and it has no dwell.
+    times, depths = [0.0, 10.0, 11.0, 20.0, 31.0, 42.0], [-7.0, 2.0, 2.0, -7.0, 4.0, -7.0]
+    cycles = bem.simulate(scene, bem.PiecewiseLinearProtocol(times, depths), "draft")
+    assert moments(cycles)["pressed"] == 31.0
+    assert "relaxed" not in moments(cycles)
+    history = draw_filmstrip(trajectory).axes[0]
+    line = history.lines[1].get_xydata()
+    assert len(trajectory.jumps) == 2
+    assert np.isnan(line[:, 1]).any()
+    steps = np.abs(np.diff(line[:, 1]))
+    assert np.nanmax(steps) < 0.1 < abs(trajectory.jumps[0].force_after - trajectory.jumps[0].force_before)
+
+
 def test_profiles_become_tables(trajectory, tmp_path):
     table = trajectory.profiles.to_xarray()
     assert table["gap"].dims == ("profile", "node")
@@ -96,6 +118,21 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhes
     adheres = isinstance(adhesion, LennardJones)
     assert ("pull-off" in moments(trajectory)) == adheres
     assert [float(tick.get_text()) > 0.0 for tick in figure.axes[-1].get_yticklabels()][2:] == [True] * adheres
+
+
+def test_the_labels_of_a_film_do_not_touch(trajectory, tmp_path, monkeypatch):
+    figures = []
+
+    def layout(self, *engine, **more):
+        figures.append(self)
+        return original(self, *engine, **more)
+
+    original = Figure.set_layout_engine
+    monkeypatch.setattr(Figure, "set_layout_engine", layout)
+    trajectory.animate(tmp_path / "contact.gif")
+    _, history, bar = figures[-1].axes
+    force, traction = (axes.yaxis.label.get_window_extent() for axes in (history, bar))
+    assert force.x0 - traction.x1 > 0.5 * force.width
 
 
 def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):

@@ -1,8 +1,12 @@
+import itertools
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from bem import Elastic, ForceProtocol, Scene, StandardLinearSolid, simulate
-from bem.plots import draw_trajectory
+from bem.plots import draw_trajectory, mark_phases
 from tests.bem.test_trajectory import trajectory_of
 
 
@@ -61,3 +65,26 @@ def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
     inside, across = label.get_window_extent(), loop.get_window_extent()
     assert across.x0 < inside.x0
     assert inside.x1 < across.x1
+
+
+@pytest.mark.parametrize(
+    ("corners", "written", "expected"),
+    [
+        ([0.0, 3.521, 11.862, 11.8756, 11.8776], None, ["0", "3.52", "11.86", "", "11.878"]),
+        ([0.0, 1002.21, 1003.21, 1005.4], str, ["0.0", "1002.0", "1003.0", "1005.0"]),
+        ([0.0, 5.0, 5.0 + 1e-9, 8.0], EngFormatter("s"), ["0 s", "5 s", "", "8 s"]),
+        (np.append(np.arange(8.0), 7.0001) + 1e5, None, None),
+    ],
+)
+def test_instants_are_told_apart_and_do_not_overlap(corners, written, expected):
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    axes, _ = figure.subplots(1, 2)
+    axes.plot([0.0, 1.0], [0.0, 1.0])
+    mark_phases(axes, np.array(corners), written)
+    figure.draw_without_rendering()
+    labels = [label for label in axes.get_xticklabels() if label.get_text()]
+    if expected:
+        assert [label.get_text() for label in axes.get_xticklabels()] == expected
+    boxes = [label.get_window_extent() for label in labels]
+    assert len(boxes) > 2
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))

@@ -5,10 +5,10 @@ import pytest
 from typer.testing import CliRunner
 
 from bem import ForceProtocol, LoadingProtocol, Scene
-from bem.cli.app import app, readable, title
+from bem.cli.app import app, readable
 from bem.cli.arguments import parse_material
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.plots import draw_trajectory
+from bem.plots import draw_trajectory, title_of
 from tests.bem.test_trajectory import trajectory_of
 from tests.processes import succeeded
 
@@ -197,7 +197,15 @@ def test_the_title_of_a_picture_fits_into_it(forces):
     cycle = LoadingProtocol(peak_indentation=123.456, dwell_time=0.00123456, **rates)
     trajectory = trajectory_of(range(3), [2.0, 1.0, 0.0], np.ones(3), unloading=[False, True, True])
     for protocol in (cycle, ForceProtocol(range(len(forces)), forces)):
-        picture = draw_trajectory(trajectory, title(Scene(1.23456, solid), protocol))
+        picture = draw_trajectory(trajectory, title_of(Scene(1.23456, solid), protocol))
         picture.draw_without_rendering()
         across = picture._suptitle.get_window_extent()
         assert 0.0 < across.x0 < across.x1 < picture.bbox.width
+
+
+def test_the_title_names_the_solid():
+    cycle = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    solids = [Elastic(), StandardLinearSolid(0.1), PronySeries([0.5], [1.0])]
+    words = [title_of(Scene(1.0, solid), cycle).splitlines()[0].split(", ")[1] for solid in solids]
+    ratios = [f" of modulus ratio {ratio}" for ratio in (0.1, 0.5)]
+    assert words == ["elastic", f"standard linear solid{ratios[0]}", f"Prony series{ratios[1]}"]

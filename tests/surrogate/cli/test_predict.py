@@ -6,7 +6,6 @@ import errno
 import json
 import warnings
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from surrogate.cli.comparison import plot_predictions, solver_errors
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
 from surrogate.prediction.predictor import Surrogate
+from tests.bem.test_trajectory import trajectory_of
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
 
@@ -231,9 +231,8 @@ def drawn(monkeypatch):
 
 def test_the_solver_is_told_from_the_predictions_where_they_agree(drawn):
     time = np.linspace(0.0, 1.0, 5)
-    curve = {"time": time, "corners": time[[0, -1]], "indentation": time, "force": time, "force_lower": None}
-    curves = [SimpleNamespace(**curve, model="M1-concat") for _ in range(3)]
-    plot_predictions(Path("a.png"), curves, curves)
+    found = predicted_trajectories(*np.tile(time, (3, 3, 1)), unloading_from=2, seconds=0.0, model="M1-concat")
+    plot_predictions(Path("a.png"), found, [trajectory_of(time, time, time)] * 3)
     for axes in drawn[0].axes:
         predicted, solver = axes.lines[1::2], axes.lines[2::2]
         assert len(solver) == len(predicted) == len({line.get_color() for line in predicted}) == 3
@@ -258,7 +257,9 @@ def test_each_phase_has_the_width_that_the_solver_gives_it(drawn):
     assert (ticks, one.get_xlabel()) == (wanted, expected.get_xlabel())
     for line in one.lines[1:3]:
         assert line.get_xdata()[[0, -1]].tolist() == [0.0, 1.0]
-        assert np.interp(simulated[0].corners[1], simulated[0].time, line.get_xdata()) > 0.1
+        assert line.get_xdata()[line.get_ydata().argmin()] > 0.1
+    assert [text.get_text().split()[0] for text in one.texts] == ["pull-off"]
     # Protocols of different phases share plain time.
-    assert several.lines[1].get_xdata().tolist() == simulated[0].time.tolist()
+    assert several.lines[3].get_xdata()[-1] == pytest.approx(simulated[1].time[-1] / simulated[0].time[-1])
+    assert not several.texts
     assert "scale" not in several.get_xlabel()
