@@ -4,7 +4,6 @@ from typing import Any
 
 from bem.accuracy import resolve_accuracy
 from paper_figures.style.writing import number
-from surrogate.prediction.files import BANDED
 
 
 def hard_cases_text(hard_case_map: Any) -> str:
@@ -55,7 +54,10 @@ def pretrained_text(ways_to_call: Any) -> str:
 def gradients_text(ways_to_call: Any) -> str:
     """Errors of the gradients, and those of the solver's own differences."""
     errors = ways_to_call["gradients"]["errors"]
-    said = (f"`{name}` {number(errors[name]['p50'], 2)} and {number(errors[name]['p90'], 2)} %" for name in BANDED)
+    said = (
+        f"`{name}` {number(errors[name]['p50'], 2)} and {number(errors[name]['p90'], 2)} %"
+        for name in ("fast", "accurate")
+    )
     own = errors["solver"]
     return f"{', '.join(said)} (the solver at standard accuracy {number(own['p50'], 2)} and {number(own['p90'], 2)} %)"
 

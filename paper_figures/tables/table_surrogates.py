@@ -10,8 +10,6 @@ from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
-from surrogate.data.dataset import Split
-from surrogate.prediction.files import BANDED
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
@@ -67,12 +65,13 @@ def before_use(name: str, published: Path, trajectory: float) -> float:
 
     Of a network that was trained on from another one the last training counts alone, as its record has no more.
     """
-    if name in BANDED:
-        run = read_json(published / "pretrained" / name / "run.json")
+    pretrained = published / "pretrained" / name / "run.json"
+    if pretrained.is_file():
+        run = read_json(pretrained)
         count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
     else:
         folder = published / "models" / name
-        count = sum(map(len, Split.load(folder / "split.json").parts.values()))
+        count = sum(len(part) for part in read_json(folder / "split.json").values() if isinstance(part, list))
         trainings = [read_json(folder / "metrics.json")]
     return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
 
