@@ -154,10 +154,10 @@ def paper_marker(name: str) -> dict[str, Any]:
     return marker(name) | hollow
 
 
-def handles(paper: str, curves: bool = False) -> list[Line2D]:
+def handles(paper: str) -> list[Line2D]:
     """Legend entries of families, conditionings and the paper's own point."""
     theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
-    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle(curves)]
+    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle()]
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:

@@ -1,5 +1,6 @@
 import itertools
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -76,7 +77,9 @@ def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
         (np.append(np.arange(8.0), 7.0001) + 1e5, None, None),
     ],
 )
-def test_instants_are_told_apart_and_do_not_overlap(corners, written, expected):
+def test_instants_are_told_apart_and_do_not_overlap(corners, written, expected, monkeypatch):
+    for name in ("font.size", "font.family", "xtick.labelsize"):  # another test may have left others
+        monkeypatch.setitem(mpl.rcParams, name, mpl.rcParamsDefault[name])
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     axes, _ = figure.subplots(1, 2)
     axes.plot([0.0, 1.0], [0.0, 1.0])

@@ -157,10 +157,11 @@ DATA = "published/dataset.h5"
 STARTS_AGAIN = "what is complete is kept, and the same command starts again"
 CONTINUES = "what was done is saved, and the same command continues"
 RESUMES = "completed epochs are saved, and the same command continues"
+TISSUE = "examples/measured_tissue.csv --radius 5mm --stiffness 5kN/m --force-sign compression"
 COMMANDS = {
     f"-m bem simulate --tabor 3 --peak-indentation 4000 {CYCLE} --accuracy reference --csv OUT/o.csv": STARTS_AGAIN,
     f"-m bem simulate --tabor 300 --material elastic --peak-indentation 2000 {CYCLE} --accuracy 1e-4": STARTS_AGAIN,
-    "-m bem fit examples/measured_tissue.csv --radius 5mm --stiffness 5kN/m --out OUT/fit.json": STARTS_AGAIN,
+    f"-m bem fit {TISSUE} --out OUT/fit.json": STARTS_AGAIN,
     "-m bem campaign --out OUT/data.h5 --workers 2": CONTINUES,
     f"-m bem verify {DATA} --sample 12450 --workers 2": STARTS_AGAIN,
     "-m surrogate train M1-concat --recipe paper --runs OUT/runs --models OUT/models": RESUMES,
