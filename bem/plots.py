@@ -244,7 +244,7 @@ def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] 
     """Give an axis of time the instants at which the phases begin, some of many; of a single phase round ones.
 
     Args:
-        axes: of a figure that is drawn already, since texts that would overlap are left out.
+        axes: with its curves and labels, whose layout decides which texts would overlap; these are left out.
         corners: instants (s,) at which the phases begin, and the end.
         written: formatter of an instant; plain numbers by default.
     """

@@ -26,6 +26,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from bem._support.text_files import read_json
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS
 from experiments.common import dataset_digest
@@ -152,6 +153,22 @@ def study_training_cost(dataset: Path, models: Path, training_speed: Any = None)
 def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
     """One tool: its fixed cost and its cost per query, in core seconds."""
     return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
+
+
+def before_use(name: str, published: Path, trajectory: float) -> float:
+    """Core seconds of data and training of a published model: `trajectory` times those it needs, and its trainings.
+
+    Of a network that was trained on from another one the last training counts alone, as its record has no more.
+    """
+    pretrained = published / "pretrained" / name / "run.json"
+    if pretrained.is_file():
+        run = read_json(pretrained)
+        count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
+    else:
+        folder = published / "models" / name
+        count = sum(len(part) for part in read_json(folder / "split.json").values() if isinstance(part, list))
+        trainings = [read_json(folder / "metrics.json")]
+    return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
 
 
 def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:

@@ -6,8 +6,8 @@ Reads the data of `experiments.surrogates.errors_by_place` and `experiments.surr
 from pathlib import Path
 from typing import Any
 
-from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
+from experiments.trainings.training_costs import before_use, break_even, line
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
 
@@ -60,22 +60,6 @@ CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gr
 CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 
 
-def before_use(name: str, published: Path, trajectory: float) -> float:
-    """Core seconds of data and training of a published model: `trajectory` times those it needs, and its trainings.
-
-    Of a network that was trained on from another one the last training counts alone, as its record has no more.
-    """
-    pretrained = published / "pretrained" / name / "run.json"
-    if pretrained.is_file():
-        run = read_json(pretrained)
-        count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
-    else:
-        folder = published / "models" / name
-        count = sum(len(part) for part in read_json(folder / "split.json").values() if isinstance(part, list))
-        trainings = [read_json(folder / "metrics.json")]
-    return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
-
-
 def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
     """The table of the ways to call for a page: times, errors, after how many calls a model pays, and its making."""
     gradients, found, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
@@ -84,10 +68,11 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
         row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
         if places := errors_by_place["models"].get(name):
-            calls = before_use(name, published, solver) / (solver - seconds["batch"])
+            model = line(name, "surrogate", before_use(name, published, solver), seconds["batch"])
+            calls = break_even(model, line("solver", "solver", 0.0, solver))
             row[-2:] = (
                 several(places["box" if "box" in places else "paper"]["pull_off"][:2]),
-                f"{float(f'{calls:.2g}'):,.0f}",
+                "never" if calls is None else f"{float(f'{calls:.2g}'):,.0f}",
             )
         found.append(row)
     return (
