@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,7 +47,8 @@ POINTS_BETWEEN = 7
 """Points drawn between two records."""
 
 
-class Top(NamedTuple):
+@dataclass(frozen=True)
+class Top:
     """The largest tension of a curve: where it is, what is written beside it, and whether the contact let go there."""
 
     time: float
@@ -56,7 +58,8 @@ class Top(NamedTuple):
     detached: bool
 
 
-class Line(NamedTuple):
+@dataclass(frozen=True)
+class Line:
     """One curve of a picture: arrays (n,), the tool that it is of, and the band of its force."""
 
     time: FloatArray

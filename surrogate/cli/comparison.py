@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -154,12 +154,12 @@ def plot_predictions(
     colours = [COLOURS[tool] for tool in dict.fromkeys(tools) if tool in COLOURS]
     lines = []
     for number, found in enumerate(shown):
-        line = line_of(found)._replace(colour=colours[number % len(colours)])
+        line = replace(line_of(found), colour=colours[number % len(colours)])
         if len(shown) > 1:
-            line = line._replace(label=f"{found.model}, trajectory {number}" if number < len(colours) else "")
-        lines.append(line._replace(coverage=None) if number else line)
+            line = replace(line, label=f"{found.model}, trajectory {number}" if number < len(colours) else "")
+        lines.append(replace(line, coverage=None) if number else line)
         if simulated and simulated[number].time.size:
-            lines.append(line_of(simulated[number])._replace(label="" if number else "solver", dashed=True))
+            lines.append(replace(line_of(simulated[number]), label="" if number else "solver", dashed=True))
     corners = shown[0].corners
     if any(not np.array_equal(one.corners, corners) for one in shown):
         corners = np.array([min(one.time[0] for one in shown), max(one.time[-1] for one in shown)])
