@@ -46,6 +46,7 @@ class BranchControls(NamedTuple):
     far_gap: float  # gap at which a mesh ends, beyond that on the axis
     first_gap: float  # on the axis; surfaces farther apart hardly deform
     step: float  # of the contact radius, as a fraction of it
+    bend: float  # of the force in a step: its difference from what the mean of its rates gives, over the force
     residual: float  # last relative change of a gap
     ring: tuple[float, float]  # widest spacing on the ring where the traction falls, and how far that reaches, in beta
 
@@ -97,6 +98,7 @@ class Accuracy:
             far_gap=max(40.0 / finer, 2.0 * first_gap),
             first_gap=first_gap,
             step=0.2 * finer * fineness**0.5 * flat,
+            bend=30.0 * self.target,
             residual=1e-3 * min(ratio, 1.0),
             ring=(0.09 * min(fineness, 0.35) / tabor, 8.0 / tabor),
         )

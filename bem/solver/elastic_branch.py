@@ -401,20 +401,22 @@ def follow(
                 _change(interface, contact, j, contact.rate[j] * change)
         held = wanted
         _set_gap(interface, contact, held, gap)
-    # The mesh grows with the contact.
+    # The mesh grows with the contact, by shorter steps where the force bends too much for a cubic.
+    force, force_rate, _ = _rates(interface, mesh, edge_node, True, contact)
+    largest, pace = points["force"][_FAR_POINTS:count].max(), 1.0
     while count < points.size:
-        force, force_rate, _ = _rates(interface, mesh, edge_node, True, contact)
         point, scale = points[count], mesh.scale
         point["along"], point["indentation"], point["force"] = scale, depth, force
         point["indentation_rate"], point["force_rate"] = contact.rate[edge_node], force_rate
         point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale, scale, mesh.level, mesh.n
         gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
-        count += 1
+        count, largest = count + 1, max(largest, force)
         if depth >= deepest and force < 0.0 and scale > _PAST_FOLDS:
             return count, True
-        here, step = depth, controls.step * scale
-        for _ in range(_MOST_TRIES):
-            depth = here + contact.rate[edge_node] * step
+        here, before, before_rate, rate = depth, force, force_rate, contact.rate[edge_node]
+        step = pace * controls.step * scale
+        for left in range(_MOST_TRIES - 1, -1, -1):
+            depth = here + rate * step
             for j in range(mesh.n):
                 if j != edge_node:
                     _change(interface, contact, j, contact.rate[j] * step)
@@ -427,14 +429,19 @@ def follow(
             node = meshes.edge_node[level]
             _set_gap(interface, contact, node, peak)
             depth, found = _solve(interface, new, node, depth, controls.residual, contact, work)
-            if found or is_spent(work):
+            if found:
+                force, force_rate, _ = _rates(interface, new, node, True, contact)
+                bend = abs(force - before - 0.5 * step * (before_rate + force_rate))
+                if left == 0 or bend <= controls.bend * max(abs(before), largest):
+                    break
+            if is_spent(work):
                 break
             work[REJECTIONS] += 1
             _restore(interface, mesh, gaps[count - 1], edge_node, True, contact)
             step *= 0.5
         if not found:
             return count, False
-        mesh, edge_node = new, node
+        mesh, edge_node, pace = new, node, min(2.0 * step / (controls.step * scale), 1.0)
     return count, False
 
 

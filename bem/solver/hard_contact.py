@@ -36,6 +36,7 @@ _RECORDS = 4.0  # along the largest contact radius, at a target of 1
 _ELEMENTS = 4.0  # along it, at a target of 1
 _MOST_SOLUTIONS = 20  # for one step
 _BALANCED = 0.01  # error of the force in a step, over what its prediction may err
+_SETTLED = 0.1  # the same of the indentation
 _REJECTED = 1.5  # error of a prediction, over the allowed one, from which the step is tried again
 _PARABOLA = 3  # records that the next is predicted from
 _FIRST_REACH = 0.5  # of the row of elements, below which it is made anew for the contact that was found
@@ -285,7 +286,8 @@ def _solve(
         else:
             high = found
         change = -excess / slope
-        if abs(excess) <= _BALANCED * rules.allowed * device.compliance * max(rules.force_scale, -force):
+        settled = abs(change) <= _SETTLED * rules.allowed * rules.depth_scale  # a small contact sinks under no force
+        if settled and abs(excess) <= _BALANCED * rules.allowed * device.compliance * max(rules.force_scale, -force):
             break
         before, found = found, found + change
         if not low < found < high:

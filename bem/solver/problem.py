@@ -29,7 +29,7 @@ _NUMERICAL = 1e3  # compliance of the numerical spring, over that of a contact a
 _MOST_TENSION = 2.0  # of an elastic contact: without deformation (DMT); short-range adhesion (JKR) gives less
 _HARD_EDGE = 0.12  # share of the contact radius that the spacing of nodes is judged by without adhesion
 _NOISE = 0.04
-_FASTER, _DENT = 10.0, 0.6  # how much faster a reload is, from which steps are chosen by so much of the allowed error
+_FASTER, _DENT = 10.0, 0.1  # how much faster a reload is, from which steps are chosen by so much of the allowed error
 _LONG_DWELL, _CREPT = 10.0, 1.0  # in the longest retardation time; and in h0, by which a slow edge moves in it
 _LOCAL_WEIGHT_ELASTIC = 0.1  # the next step depends on what happens at the edge only where it is remembered
 

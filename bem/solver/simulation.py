@@ -52,7 +52,7 @@ from bem.trajectory import Jump, Statistics, Trajectory
 
 _SHORT = 300  # instants of a protocol
 _MOST_REFINEMENTS = 3  # each halves the target error
-_FLAT, _LONG_RANGED = 4.0, 1.0  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
+_FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "remeshings")
 REASONS = {
     COMPLETED: "completed",

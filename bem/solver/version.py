@@ -11,7 +11,8 @@ was shortened; 6, elastic contacts of Tabor parameters from 4.5 on follow the cu
 elastic contacts with adhesion do, and contacts without adhesion are answered by closed forms; 8, a finer mesh for edges
 that creep through dwells of more than ten retardation times, no short step after other nodes are chosen in stiff
 solids, and time steps for elastic contacts of flat tips under steep laws; 9, viscoelastic contacts without adhesion
-behind a spring or under a force leave a step early that is known to be rejected. The paper's box has none of 8 and 9.
+behind a spring or under a force leave a step early that is known to be rejected; 10, shorter steps along the curve of
+equilibria where its force bends, and before a fast reload. The paper's box has none of 8 to 10.
 """
 
-SOLVER_VERSION = "9"
+SOLVER_VERSION = "10"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid
+from bem import ConstantStress, Exponential, PiecewiseLinearProtocol, Scene, StandardLinearSolid
 from tests.validation.cases import completed
 
 HISTORIES = [  # found by a sweep, where the dent once faded by the steps' own rule
@@ -26,6 +26,16 @@ HISTORIES = [  # found by a sweep, where the dent once faded by the steps' own r
         Scene(1.65477, StandardLinearSolid(0.07699)),
         [0.0, 10.3446, 16.77562, 45.06851, 46.38142, 46.38272],
         [-4.96431, 6.11606, 6.11606, -9.17545, -9.18545, 1.92352],
+    ),
+    (
+        Scene(1.87747, StandardLinearSolid(0.15606), ConstantStress()),
+        [0.0, 0.234659, 10.993057, 192.036651, 192.038246],
+        [-3.87747, 1.42933, 1.42933, -3.76072, 2.74401],
+    ),
+    (
+        Scene(4.53652, StandardLinearSolid(0.058296), Exponential()),
+        [0.0, 11.16198, 133.69161, 133.691644],
+        [-6.53652, 14.62238, -13.54045, 0.13741],
     ),
 ]
 

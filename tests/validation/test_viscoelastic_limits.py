@@ -60,3 +60,13 @@ def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nod
     assert usual.hysteresis == pytest.approx(fine.hysteresis, rel=6e-3)
     assert usual.pull_off_force == pytest.approx(fine.pull_off_force, rel=4e-3)
     assert len(usual.jumps) == len(fine.jumps)
+
+
+@pytest.mark.parametrize(("tabor", "ratio", "rate", "peak"), [(0.17, 0.6, 600.0, 0.34), (0.3, 0.3, 1000.0, 1.0)])
+def test_a_fast_loop_that_loses_little_states_its_larger_error(tabor, ratio, rate, peak):
+    cycle = LoadingProtocol(
+        peak_indentation=peak, loading_rate=rate * tabor, dwell_time=0.0, unloading_rate=rate * tabor
+    )
+    found, fine = (simulate(Scene(tabor, StandardLinearSolid(ratio)), cycle, a) for a in ("standard", 1e-4))
+    error = abs(found.hysteresis / fine.hysteresis - 1.0)
+    assert found.accuracy < error < found.hysteresis_accuracy

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Exponential, HardContact, Scene, simulate
+from bem import ConstantStress, Exponential, HardContact, LennardJones, PowerLaw, Scene, simulate
 from bem.discretisation.mesh import uniform_mesh
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
@@ -128,6 +128,21 @@ def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, 
     assert found.completed
     assert found.stats.rung == "elastic branch"
     assert found.pull_off_force == pytest.approx(maugis_dugdale.pull_off_force(tabor), rel=4e-3)
+
+
+@pytest.mark.parametrize(
+    ("tabor", "power", "peak", "law"),
+    [(0.02, 8.0, 0.162, Exponential()), (0.02, 6.0, 0.5, LennardJones()), (1.0, 8.0, 0.5, ConstantStress())],
+)
+@pytest.mark.parametrize("accuracy", ["draft", "standard"])
+def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, peak, law, accuracy, monkeypatch):
+    """Their force grows with a high power of the contact radius."""
+    scene, path = Scene(tabor, adhesion=law, indenter=PowerLaw(power)), [-4.0, peak, -4.0]
+    found = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], path), accuracy)
+    monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
+    stepped = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], path), 1e-3)
+    assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=found.accuracy)
+    assert found.max_compression == pytest.approx(stepped.max_compression, rel=found.accuracy)
 
 
 def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():

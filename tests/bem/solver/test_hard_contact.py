@@ -1,7 +1,16 @@
 import numpy as np
 import pytest
 
-from bem import ForceProtocol, HardContact, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import (
+    ForceProtocol,
+    HardContact,
+    PiecewiseLinearProtocol,
+    PowerLaw,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
 from bem.discretisation.elements import Push, Row, advance, solid_of
 
 SERIES = PronySeries([0.2, 0.3, 0.3], [0.02, 0.5, 7.0])
@@ -75,3 +84,14 @@ def test_a_sphere_without_weight_is_pulled_off_at_once(material):
     found = simulate(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 1.0], [0.0, 1.0]))
     assert found.status.startswith("detached: ")
     assert (found.time.tolist(), found.force.tolist()) == ([0.0], [0.0])
+
+
+@pytest.mark.parametrize("power", [1.0, 1.5, 2.0])
+def test_a_load_that_grows_from_zero_takes_few_steps(power):
+    """The indentation begins with an infinite rate."""
+    scene = Scene(1.5, StandardLinearSolid(0.6), HardContact(), indenter=PowerLaw(power))
+    found = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -3.0, -3.0]), "reference", most_work=1e8)
+    begun = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [-1e-3, -3.0, -3.0]), "reference")
+    assert found.completed
+    assert found.stats.steps < 300
+    assert found.indentation[-1] == pytest.approx(begun.indentation[-1], rel=1e-3)
