@@ -6,6 +6,7 @@ import functools
 import math
 import time
 from dataclasses import replace
+from numbers import Integral
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from bem._support.interruption import interruptible
 from bem._support.jit import announce_compilation, note_compilation
-from bem._support.validation import finite_number, instance
+from bem._support.validation import finite_number, instance, whole_number
 from bem._support.wording import shown
 from bem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.indenter import PARABOLOID, tension_without_deformation
@@ -90,8 +91,8 @@ def simulate(
         mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g.
             `bem.discretisation.mesh.uniform_mesh`; by default nodes follow the edge.
         profiles: instants (p,) at which the trajectory keeps gap, traction and displacement over the radius, increasing
-            and within the protocol; or their number (2 to 10,000), which are then placed where the history changes, by
-            a simulation that is run before. None by default.
+            and within the protocol; or about how many (2 to 10,000), which are then placed where the history changes,
+            by a simulation that is run before. None by default.
         most_work: budget in multiply-adds, 1e3 to 1e18, of all attempts together; the default is about a minute of one
             core, or a few seconds where the target is that of a draft or looser. A trajectory that needs more ends
             where the budget does.
@@ -126,8 +127,8 @@ def simulate(
             result, rung = follow_hard_contact(*request, np.zeros(1, np.uint8))
         return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
     instants = np.empty(0)
-    if isinstance(profiles, int):
-        count = int(finite_number("profiles", profiles, low=2, high=MOST_PROFILES))
+    if isinstance(profiles, Integral):
+        count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
         first = interruptible(_followed, scene, path, target, glassy, mesh, instants, budget)
         if not first.completed:
             return first

@@ -37,6 +37,9 @@ STEP = 0.05
 FINE = 5e-4
 """Accuracy of the solver whose gradient counts as true."""
 
+SOLVERS = {"solver": "standard", "draft": "draft"}
+"""Names of the solver in results, and its accuracy."""
+
 PullOff = Callable[[Hidden], Iterable[float]]
 """Pull-off forces of some protocols."""
 
@@ -54,7 +57,7 @@ def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) ->
 
 def count_of(name: str) -> int:
     """How many derivatives a tool has: the models of the paper's kind know one material."""
-    return len(QUANTITIES) if name in ("solver", *NAMES) else COMMON
+    return len(QUANTITIES) if name in (*SOLVERS, *NAMES) else COMMON
 
 
 def of_solver(accuracy: str | float) -> PullOff:
@@ -80,7 +83,7 @@ def asked(name: str, model: Any, hidden: Hidden) -> list[Any]:
 
 
 def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
-    """Median processor seconds of the solver and of every model, by what is asked.
+    """Median processor seconds of the solver at two accuracies and of every model, by what is asked.
 
     `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch, `step`
     that of one step of a stream, if there is one. The solver's gradient is its simulations, its step one of its own.
@@ -100,9 +103,11 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
         return found
 
     calls = {(name, kind): call for name, model in models.items() for kind, call in of(name, model).items()}
-    seconds = in_turn({"solver": (lambda turn: results_of(some[turn].simulated()), few)} | calls, ROUNDS)
-    each, steps = seconds["solver"], np.mean([one.stats.steps for one in some[-1].simulated()])
-    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each / steps}}
+    solved = {name: (lambda turn, a=a: results_of(some[turn].simulated(a)), few) for name, a in SOLVERS.items()}
+    seconds, found = in_turn(solved | calls, ROUNDS), {}
+    for name, accuracy in SOLVERS.items():
+        each, steps = seconds[name], np.mean([one.stats.steps for one in some[-1].simulated(accuracy)])
+        found[name] = {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each / steps}
     return found | {name: {kind: seconds[one, kind] for one, kind in calls if one == name} for name in models}
 
 
@@ -112,9 +117,17 @@ def study(
     """Compare the cost and the gradients of the models and the solver; the cases are the protocols of one batch."""
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}
     hidden = Hidden.draw(count, MODULUS_RATIO)
-    tools: dict[str, PullOff] = {"solver": of_solver("standard")}
+    tools: dict[str, PullOff] = {name: of_solver(accuracy) for name, accuracy in SOLVERS.items()}
     tools |= {name: of_model(one, name) for name, one in models.items()}
     true = gradient(of_solver(FINE), hidden)
     slopes = {name: gradient_errors(gradient(tool, hidden, count_of(name)), true) for name, tool in tools.items()}
-    gradients = {"difference": STEP, "fine": FINE, "errors": slopes}
-    return {"count": count, "models": list(models), "gradients": gradients, "seconds": cost(models, hidden)}
+    exact, solved = np.fromiter(of_solver(FINE)(hidden), float), {}
+    for name in SOLVERS:
+        solved[name] = quantiles(np.abs(np.fromiter(tools[name](hidden), float) / exact - 1.0))
+    return {
+        "count": count,
+        "models": list(models),
+        "gradients": {"difference": STEP, "fine": FINE, "errors": slopes},
+        "solvers": solved,  # errors of the pull-off force
+        "seconds": cost(models, hidden),
+    }

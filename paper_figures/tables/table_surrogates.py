@@ -63,10 +63,12 @@ CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
     """The table of the ways to call for a page: times, errors, after how many calls a model pays, and its making."""
     gradients, found, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
-    for name in ("solver", *ways_to_call["models"]):
+    for name in (*ways_to_call["solvers"], *ways_to_call["models"]):
         seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
         times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
         row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
+        if solved := ways_to_call["solvers"].get(name):
+            row[-2] = several([solved["p50"], solved["p90"]])
         if places := errors_by_place["models"].get(name):
             model = line(name, "surrogate", before_use(name, published, solver), seconds["batch"])
             calls = break_even(model, line("solver", "solver", 0.0, solver))
@@ -77,8 +79,8 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         found.append(row)
     return (
         f"{markdown_table(CALLS, found, 'lrrrrrrr')}\n\n"
-        f"Errors of gradients on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
-        f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
+        f"`solver` is that at `standard`, `draft` that at `draft`. Errors of gradients and of the solver on "
+        f"{ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
     )
 
 

@@ -19,7 +19,7 @@ def draft(monkeypatch):
     monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
     def simulated(case, accuracy):
-        assert accuracy in ("standard", ways_to_call.FINE)
+        assert accuracy in (*ways_to_call.SOLVERS.values(), ways_to_call.FINE)
         return case.run("draft")
 
     monkeypatch.setattr(Case, "simulated", simulated)
@@ -116,6 +116,7 @@ def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
     slopes = content["gradients"]["errors"]
     # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
     assert slopes["fast"]["p50"] == pytest.approx(slopes["solver"]["p50"])
+    assert content["solvers"].keys() == {"solver", "draft"} < slopes.keys()
 
 
 def test_gradients_of_a_power_law_are_its_exponents():
