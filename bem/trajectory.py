@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 FAR_FIELD_FACTOR = 4.0
 """How many times the attraction of undeformed surfaces still counts as far field; see `far_field`."""
-_CANCELLED = 0.1  # error of a viscoelastic loop, over that of the target times the work of both ways
+_CANCELLED = 0.2  # error of a viscoelastic loop, over that of the target times the work of both ways
 
 
 def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -> np.ndarray:
@@ -153,8 +153,8 @@ class Trajectory(Tabular):
         """Relative error to be expected of the hysteresis: `accuracy`, more where the loop loses little.
 
         The jumps of an elastic contact are exact to `accuracy` times half of h0 pi R dgamma, however small the loop.
-        The loop of a viscoelastic one is the difference of works that err by less than a tenth of `accuracy` times
-        `turnover`, as measured. Effects that were left out add their bound times `turnover`.
+        The loop of a viscoelastic one is a difference of works, which together err by a fifth of `accuracy` times
+        `turnover` at most in nearly all random scenes. Effects that were left out add their bound times `turnover`.
         """
         loop, turnover = max(self.hysteresis, 1e-12), self.turnover()
         left_out = self.stats.left_out_error * turnover / loop if self.stats.left_out else 0.0
