@@ -204,11 +204,6 @@ def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undist
         load_dataset(path)
 
 
-def test_the_published_data_set_is_the_one_that_its_models_name():
-    published = TrajectoryDataset.load(ROOT / "published" / "dataset.h5")
-    assert published.sha256 == "a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586"
-
-
 NAME = "scalars/end_force"
 KEPT, LINK = "is kept in other files", "is a link to another place"
 CLAIMS = "claims 8796093022208 bytes, more than the file can hold"

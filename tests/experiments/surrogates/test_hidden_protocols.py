@@ -138,10 +138,7 @@ def test_gradients_of_a_power_law_are_its_exponents():
 
 @pytest.fixture(scope="module")
 def fast():
-    try:
-        return surrogate.load("fast")
-    except FileNotFoundError:
-        pytest.skip("fast is not published here")
+    return surrogate.load("fast")
 
 
 def test_curves_of_surrogate_and_solver_are_recorded_at_the_same_instants(fast):
