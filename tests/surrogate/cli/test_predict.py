@@ -68,14 +68,6 @@ def test_files_in_and_out(command, published, tmp_path):
     np.testing.assert_allclose(table[120:, 3], expected[1].force, rtol=1e-9)
     assert (tmp_path / "out.csv").read_text().startswith("trajectory,time,indentation,force\n")
 
-    # A history predicts as its protocol does.
-    points = np.stack([expected[0].time, expected[0].indentation], axis=1)
-    np.savetxt(tmp_path / "history.csv", points, "%.17g", delimiter=",", header="time,indentation", comments="")
-    code, out, err = command("predict", "M1-concat", "--in", tmp_path / "history.csv", "--tabor", 1.0, "--json")
-    assert (code, err) == (0, "")
-    (found,) = json.loads(out)
-    assert found["pull_off_force"] == pytest.approx(expected[0].pull_off_force, rel=1e-5)
-
 
 def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
     given = [PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1}, PROTOCOL | {"tabor": 2.0, "modulus_ratio": 0.7}]

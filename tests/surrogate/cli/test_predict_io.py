@@ -151,8 +151,6 @@ def test_other_mistakes(command, program, tmp_path):
             "modulus_ratio must be a finite number greater than 0 and at most 1; rec",
         ),
         (["fast", "--in", tmp_path / "path.csv", "--tabor", 1.0], "a model of uniform measurement steps for a"),
-        (["fast", *whole[1:], "--coverage", 1], "coverage must be a finite number greater than 0 and at most 0.99"),
-        (["fast", *whole[1:], "--backend", "keras"], "Expected the backend 'onnx' for fast"),
         (["fast", *solids, "--modulus-ratio", 0.2], "modulus ratios from --in FILE or from --modulus-ratio, not"),
     ):
         assert expected in refused(program, ["predict", *words], folder=tmp_path)
