@@ -268,7 +268,7 @@ docs-numbers: setup  ## Write the published numbers into all documents
 readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
 	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
 	cp $(addprefix $(OUT)/figures/,figure-effects.png figure-accuracy-cost.png) docs/images/
-	for name in cantilever-pull-off measured-tissue plan-dwell plan-release; do $(PY) examples/$${name//-/_}.py docs/images/$$name.png || exit 1; done
+	$(PY) examples/measured_tissue.py docs/images/measured-tissue.png
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into demo/dist (Node 18 or newer; DEMO_MODEL=... chooses the ONNX file)

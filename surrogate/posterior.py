@@ -10,7 +10,7 @@ Sources: J. Kaipio and E. Somersalo, J. Comput. Appl. Math. 198 (2007) 493 (appr
 J. M. Marin and C. P. Robert, J. Comput. Graph. Stat. 13 (2004) 907 (fitted proposals); L. Kish, Survey Sampling (1965)
 (effective sample size).
 
-Example: `examples/infer_material.py`.
+Example: `docs/tutorials/8_infer_a_material.py`.
 """
 
 from __future__ import annotations

@@ -7,6 +7,10 @@ from hypothesis import settings
 
 from surrogate.architectures import naming, registry
 
+# TensorFlow, where a test starts it, is silent and takes one core.
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
+
 # The first example of a kernel compiles it, and a shared machine stalls now and then: clocks prove nothing here.
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")

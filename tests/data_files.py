@@ -1,11 +1,11 @@
-"""Files changed on purpose: as if written so, as the first writers left them, or damaged."""
+"""Files changed on purpose: as if written so, or damaged."""
 
 from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 
-from bem.dataset.sealed_file import SEALED, seal
+from bem.dataset.sealed_file import seal
 
 
 @contextmanager
@@ -15,15 +15,6 @@ def editing(path):
         yield file
     with Path(path).open("r+b") as content:
         seal(content)
-
-
-def unsealed(source, target):
-    """Copy a file into one without a seal."""
-    with h5py.File(source) as old, h5py.File(target, "w") as new:
-        for name in old:
-            old.copy(name, new)
-        new.attrs.update({name: value for name, value in old.attrs.items() if name != SEALED})
-    return target
 
 
 def damaged(content, rng, kinds=("flip", "zero", "overwrite", "cut", "insert", "remove", "repeat")):

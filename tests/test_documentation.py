@@ -14,7 +14,6 @@ from pathlib import Path
 import griffe
 import pytest
 
-from surrogate.prediction.files import PUBLISHED
 from tests.processes import ROOT, ended, python
 from tests.surrogate.conftest import write_dataset
 from tools.guide import LEFTOVERS
@@ -33,8 +32,6 @@ EXAMPLES = [
 
 @pytest.mark.parametrize(("page", "code"), EXAMPLES)
 def test_the_examples_of_the_guide_run(page, code, capsys):
-    if 'surrogate.load("M1-concat")' in code and not (PUBLISHED / "M1-concat" / "model.onnx").is_file():
-        pytest.skip("M1-concat is not published here")
     exec(compile(code, page, "exec"), {})
     assert "nan" not in capsys.readouterr().out
 

@@ -16,10 +16,6 @@ from tests.processes import ROOT, python
 
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
 
-pytestmark = pytest.mark.skipif(
-    not (PUBLISHED / "M1-concat" / "model.onnx").is_file(), reason="M1-concat is not published here"
-)
-
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):

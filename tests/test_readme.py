@@ -45,8 +45,3 @@ def test_the_first_commands_draw_their_pictures(program, tmp_path):
 def test_what_it_links_to_exists(name):
     for target in re.findall(r"\]\(([^)#:]+)\)", (ROOT / name).read_text(encoding="utf-8")):
         assert ((ROOT / name).parent / target).exists(), target
-
-
-def test_its_numbers_are_those_of_the_data_set():
-    checked = python(ROOT / "tools/fill.py", ROOT / "README.md", "--check")
-    assert checked.returncode == 0, checked.stderr

@@ -6,16 +6,11 @@ never sees them. The block is text, filled up with zero bytes:
 
     viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512
     9f86d081...
-
-The earliest files have no seal: they have HDF5's own checksums, and a file `SHA256SUMS` beside them states their sums.
 """
 
 import hashlib
-import mmap
-import re
-import struct
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -29,7 +24,7 @@ BLOCK = 512
 """Size of the first block in bytes, the smallest that HDF5 allows."""
 TITLE = f"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first {BLOCK}\n".encode()
 SEALED = "sealed"
-"""Root attribute of sealed files; it reveals a file that has lost its first block."""
+"""Root attribute that tells a reader of HDF5 of the first block."""
 LARGEST_RATIO = 1100
 """Largest compression ratio of HDF5's gzip filter; an array that claims more bytes cannot be in the file."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -64,12 +59,14 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
-            # A file that is cut within these first bytes counts too.
-            sealed, hdf5 = (mark.startswith(_begin(content, len(mark))) for mark in (TITLE, _HDF5))
-            if not sealed and not hdf5:
+            first = _begin(content, BLOCK)
+            if first.startswith(_HDF5):
+                raise ValueError(f"{received}, an HDF5 file of another kind, or without the checksum of a data set")
+            # A file that is cut within the title counts too.
+            if not TITLE.startswith(first[: len(TITLE)]):
                 raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
-            intact = _begin(content, BLOCK) == _block(content) if sealed else _may_be_opened(content, path)
-            if not intact and _is_written_to(content, BLOCK if sealed else 0):
+            intact = first == _block(content)
+            if not intact and _is_written_to(content):
                 raise ValueError(f"{received}, which another program is writing or has not finished")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
@@ -84,7 +81,6 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     with file:
         try:
             found, number = file.attrs.get("format"), file.attrs.get("format_version")
-            lost = not sealed and SEALED in file.attrs
         except Exception as error:
             raise damaged from error
         if not isinstance(found, str) or found != form:
@@ -92,8 +88,6 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
         if not isinstance(number, np.integer) or number != FORMAT_VERSION:
             number = number.item() if isinstance(number, np.generic) else number
             raise ValueError(f"{received}, which is of version {shown(number)}")
-        if lost:
-            raise damaged
         yield file
 
 
@@ -136,31 +130,7 @@ def _block(content: BinaryIO) -> bytes:
     return (TITLE + digest.hexdigest().encode() + b"\n").ljust(BLOCK, b"\0")
 
 
-def _is_written_to(content: BinaryIO, first_block: int) -> bool:
-    """Whether the HDF5 library has marked a file as open for writing, in the superblock behind a free first block."""
-    superblock = _begin(content, first_block + 24)[first_block:]
+def _is_written_to(content: BinaryIO) -> bool:
+    """Whether the HDF5 library has marked a file as open for writing, in the superblock behind the first block."""
+    superblock = _begin(content, BLOCK + 24)[BLOCK:]
     return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1
-
-
-def _may_be_opened(content: BinaryIO, path: Path) -> bool:
-    """Whether a file without a seal has its sum in `SHA256SUMS` or, without one, does not hang the HDF5 library."""
-    with suppress(OSError, ValueError):
-        for line in path.with_name("SHA256SUMS").read_text(encoding="utf-8").splitlines():
-            if line.split()[1:] == [path.name]:
-                content.seek(0)
-                return hashlib.file_digest(content, "sha256").hexdigest() == line.split()[0]
-    return not _hangs(content)
-
-
-def _hangs(content: BinaryIO) -> bool:
-    """Whether a global heap, where HDF5 keeps text, has an object of size zero, at which the library loops for ever."""
-    with mmap.mmap(content.fileno(), 0, access=mmap.ACCESS_READ) as image:
-        for heap in re.finditer(rb"GCOL\x01\0\0\0", image):
-            at, end = heap.start() + 16, heap.start() + int.from_bytes(image[heap.end() : heap.end() + 8], "little")
-            while at + 16 <= min(end, len(image)):
-                number, size = struct.unpack("<H6xQ", image[at : at + 16])
-                step = (16 + (size + 7) // 8 * 8) % 2**64 if number else size
-                if step == 0:
-                    return True
-                at += step
-    return False

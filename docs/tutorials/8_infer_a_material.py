@@ -136,5 +136,5 @@ for axes, (x, y) in zip(panels, shown, strict=True):
 plt.show()
 
 # %%
-# `examples/infer_material.py` takes a million samples, and checks the answer by the same posterior with the solver in
+# `make measure-inverse-problem` takes a million samples, and checks the answer by the same posterior with the solver in
 # place of the surrogate; [An inverse problem](../surrogate-models.md#an-inverse-problem) compares the two.

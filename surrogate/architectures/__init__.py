@@ -1,8 +1,13 @@
-"""The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name."""
+"""The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name.
+
+The module `m1_lstm` of the family M1 has a function `lstm`, and so have the others. It takes the two inputs and the
+conditioning, and returns features of shape `(batch, steps, features)` for the readout.
+"""
 
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
@@ -13,17 +18,6 @@ if TYPE_CHECKING:
     import keras
 
 __all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "register", "split_name"]
-
-# Module and function of each family; the function takes the two inputs and the conditioning, and returns features of
-# shape `(batch, steps, features)` for the readout.
-_BUILDERS = {
-    "M1": ("m1_lstm", "lstm"),
-    "M2": ("m2_normalised_lstm", "normalised_lstm"),
-    "M3": ("m3_convolutional_lstm", "convolutional_lstm"),
-    "M4": ("m4_tcn", "tcn"),
-    "M5": ("m5_encoder", "encoder"),
-    "M6": ("m6_residual_lstm", "residual_lstm"),
-}
 
 
 def build(name: str, features: str = "D") -> keras.Model:
@@ -38,7 +32,7 @@ def build(name: str, features: str = "D") -> keras.Model:
 
     from surrogate.architectures.common import inputs, readout
 
-    module, builder = _BUILDERS[family]
-    hidden = getattr(importlib.import_module(f"surrogate.architectures.{module}"), builder)
+    (path,) = Path(__file__).parent.glob(f"{family.lower()}_*.py")
+    hidden = getattr(importlib.import_module(f"{__name__}.{path.stem}"), path.stem.partition("_")[2])
     sequence, tabor = inputs(features)
     return keras.Model([sequence, tabor], readout(hidden(sequence, tabor, conditioning)), name=name)

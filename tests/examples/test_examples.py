@@ -83,39 +83,6 @@ def test_gradients_see_the_channels_the_predictor_sees(model):
     np.testing.assert_array_equal(tabor.numpy()[:1], model.scaling.scale_tabor(np.array([2.0])))
 
 
-def test_identify_material():
-    module = example("identify_material")
-    true = (1.5, 0.15)
-    found = module.identify(*module.measured_curve(*true, noise=0.05, seed=4))
-    # Twice the 95 % factor: the solver's own discretisation differs a little from simulation to simulation.
-    assert abs(np.log(found.tabor / true[0])) < 2.0 * np.log(found.tabor_factor) + 2e-3
-    assert abs(np.log(found.modulus_ratio / true[1])) < 2.0 * np.log(found.modulus_ratio_factor) + 2e-3
-    assert 1.0 < found.tabor_factor < 1.05
-    assert 1.0 < found.modulus_ratio_factor < 1.1
-    assert found.noise == pytest.approx(0.05, rel=0.25)
-
-
-def test_cantilever_pull_off(capsys, tmp_path):
-    """What the example says of cantilevers is what it computes."""
-    module = example("cantilever_pull_off")
-    picture = tmp_path / "pulls.png"
-    module.main(picture)
-    assert picture.stat().st_size > 10_000
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == ["500", "3", "40", "rigid"]
-    pulls = [module.pull(stiffness, "draft") for stiffness in module.CANTILEVERS]
-    elastic = np.array([each.elastic.pull_off_force for each in pulls])
-    np.testing.assert_allclose(elastic, elastic[-1], rtol=0.03)
-    slow_to_fast = np.array([each.viscoelastic.pull_off_force for each in pulls])
-    assert np.all(np.diff(slow_to_fast) > 0.0)
-    assert slow_to_fast[-1] > 1.1 * slow_to_fast[0]
-    travels = [each.travel for each in pulls]
-    assert travels[0] > travels[1] > travels[2]
-    soft = pulls[0].viscoelastic
-    assert soft.stage.min() == pytest.approx(-module.AWAY)
-    np.testing.assert_allclose(soft.stage, soft.indentation - soft.tension / 0.5, atol=1e-18)
-
-
 def test_measured_tissue(tmp_path, monkeypatch, capsys):
     """The published curve is fitted, agrees with what its authors find, and is not said to be described."""
     module = example("measured_tissue")
@@ -147,47 +114,3 @@ def test_measured_tissue(tmp_path, monkeypatch, capsys):
 def test_the_curve_names_its_source_and_its_licence():
     assert "afmformats" in (EXAMPLES / "measured_tissue.csv").read_text(encoding="utf-8")
     assert "MIT License" in (EXAMPLES / "measured_tissue.LICENSE").read_text(encoding="utf-8")
-
-
-def test_plan_dwell(capsys, tmp_path):
-    """The planned dwell makes pull-off insensitive to the approach, and a shorter one does not."""
-    module = example("plan_dwell")
-    picture = tmp_path / "dwell.png"
-    module.main(picture)
-    assert picture.stat().st_size > 10_000
-    answer = capsys.readouterr().out.splitlines()[-1]
-    dwells = np.array(module.DWELLS)
-    forces = np.array([[module.pull_off_force(v, dwell) for v in module.APPROACHES] for dwell in dwells[[0, -2, -1]]])
-    assert np.all(np.diff(forces[0]) < 0.0)  # the faster the approach, the less adhesion without a dwell
-    shares = module.spread(forces)
-    assert shares[0] > 0.3
-    assert shares[-1] < module.TOLERANCE
-    assert "wait" in answer
-
-
-def test_the_shortest_dwell_is_the_first_of_those_that_all_suffice():
-    module = example("plan_dwell")
-    steady = np.ones((len(module.DWELLS), 2))
-    assert module.shortest(steady) == 0.0
-    steady[3, 0] = 1.1
-    assert module.shortest(steady) == module.DWELLS[4]
-    steady[-1, 0] = 1.1
-    assert module.shortest(steady) is None
-
-
-def test_plan_release(capsys, tmp_path):
-    """The planned speeds give the forces asked for."""
-    module = example("plan_release")
-    assert (module.HOLD, module.LET_GO) == (5e-3, 1e-3)
-    for force in (module.LET_GO, module.HOLD):
-        speed = module.speed_for(force)
-        assert module.pull_off_force(speed) == pytest.approx(force, rel=0.02)
-    assert module.speed_for(module.LET_GO) < module.speed_for(module.HOLD)
-    with pytest.raises(ValueError, match="force must lie between"):
-        module.speed_for(1.0)
-    picture = tmp_path / "release.png"
-    module.main(picture)
-    assert picture.stat().st_size > 10_000
-    said = capsys.readouterr().out
-    assert "to hold 5 mN: retract faster than" in said
-    assert "to let go below 1 mN: retract slower than" in said

@@ -1,9 +1,4 @@
-import os
-
 import pytest
-
-os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
 from bem._support.text_files import plain
 from bem.dataset.campaign import Campaign

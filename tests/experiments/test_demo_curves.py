@@ -42,9 +42,7 @@ def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
     dataset = TrajectoryDataset.load(ROOT / demo_curves.DATASET)
     assert TRACKED["dataset_sha256"] == dataset.sha256
     assert tuple(TRACKED["counts"]) == dataset.points_per_phase
-    test_part = set(
-        (Split.load(ROOT / demo_curves.SPLIT) if (ROOT / demo_curves.SPLIT).is_file() else dataset.split()).test
-    )
+    test_part = set(Split.load(ROOT / demo_curves.SPLIT).test)
     held_out = [curve for curve in TRACKED["curves"] if curve["kind"] == "test"]
     assert len(held_out) == demo_curves.COUNT
     for curve in held_out:

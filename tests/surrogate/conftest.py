@@ -1,10 +1,5 @@
 """A small data set file with closed-form forces, test data only, no contact mechanics in it; and tiny models."""
 
-import os
-
-os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
-
 import json
 import shutil
 from pathlib import Path
@@ -13,9 +8,9 @@ import numpy as np
 import pytest
 
 import bem.dataset.file
-from bem import Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
+from experiments.common import scenes as scenes
 
 COUNTS = (50, 20, 50)
 
@@ -69,12 +64,6 @@ def dataset(dataset_path):
 @pytest.fixture(scope="session")
 def grid(dataset):
     return dataset.grid(np.arange(len(dataset)))
-
-
-def scenes(tabor, ratio=0.1):
-    """One scene of a standard linear solid for each Tabor parameter."""
-    pairs = zip(*(one.tolist() for one in np.broadcast_arrays(tabor, ratio)), strict=True)
-    return [Scene(mu, StandardLinearSolid(one)) for mu, one in pairs]
 
 
 def scaling_of(dataset, features="D", split=None):

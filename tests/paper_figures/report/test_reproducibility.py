@@ -1,7 +1,5 @@
 """The numbers of the page for reviewers, from what is published, with other verdicts in it."""
 
-import json
-
 import pytest
 
 from experiments.paper.model_comparison import PAPER_TRAINED_INPUTS
@@ -24,8 +22,7 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
     assert "| not yet: 2 to train | - | - | - | **fails** | C | D before C: < 0.001 |" in lines["D better than C"]
     for features, mse in ("C", 1e-4), ("D", 2e-4):
         label = PAPER_TRAINED_INPUTS[features]
-        write_model(tmp_path / label, ended_by="recipe")
-        (tmp_path / label / "metrics.json").write_text(json.dumps({"test": {"mse": {"mean": mse}}}), encoding="utf-8")
+        write_model(tmp_path / label, mse, ended_by="recipe")
     text = reproducibility.statements_text(tmp_path, ranked)
     assert "- **Fail**: D better than C.\n" in text
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
@@ -39,14 +36,6 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
 
 
 def test_the_orders_by_both_recipes_are_stated(tmp_path):
-    def trained(name, mse, **run):
-        folder = tmp_path / f"{name}-paper"
-        folder.mkdir()
-        test = {"mse": {"mean": mse}, "pull_off_force_percent": {"median": 2.0}}
-        metrics = {"epochs": 9, "test": test, "cpu_seconds": None if "device" in run else 1.0}
-        (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-        (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-
     spread = {"pull_off_percent": {"median": 1.0}}
     ranked = {
         "models": {"M1-concat": [{}], "M3-FiLM": [{}]},
@@ -55,38 +44,27 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
         },
     }
     assert recipe_table(tmp_path, ranked) == "None yet."
-    trained("M1-concat", 4e-4, ended_by="recipe")
-    trained("M3-FiLM", 3e-4, device="a GPU")
-    trained("M4-concat", 3e-4)
+    write_model(tmp_path / "M1-concat-paper", 4e-4, ended_by="recipe")
+    write_model(tmp_path / "M3-FiLM-paper", 3e-4, device="a GPU")
+    write_model(tmp_path / "M4-concat-paper", 3e-4)
     *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
     assert [row.split(" | ")[:3] for row in rows[2:]] == [
-        ["| M1-concat", "9", "recipe"],
-        ["| M3-FiLM", "9", "EPOCHS, on a GPU"],
+        ["| M1-concat", "2", "recipe"],
+        ["| M3-FiLM", "2", "EPOCHS, on a GPU"],
     ]
     assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."
 
 
 def test_the_papers_training_and_its_inputs_have_their_own_columns(tmp_path):
-    def trained(label, mse, **run):
-        test = {name: {"median": 2.0} for name in (*reproducibility.MEDIANS, "native_pull_off_force_percent")}
-        write(
-            tmp_path / label / "metrics.json", {"epochs": 9, "test": test | {"mse": {"mean": mse}, "mae": {"mean": 1}}}
-        )
-        write(tmp_path / label / "run.json", run)
-
-    def write(path, content):
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps(content), encoding="utf-8")
-
     phases = dict.fromkeys(("loading", "dwell", "unloading"), 0.5)
     shown = {"sets": {"C": phases, "D": phases}}, {"sets": {"C": {"mse": 3e-5}, "D": {"mse": 4e-5}}}, {"models": {}}
     assert reproducibility.training_table(tmp_path) == "Not trained yet: `make model-paper-recipe`."
-    trained("M1-concat-paper", 2e-4, ended_by="recipe")
+    write_model(tmp_path / "M1-concat-paper", 2e-4, ended_by="recipe")
     *_, errors = reproducibility.training_table(tmp_path).splitlines()[:4]
     assert errors == "| held-out MSE | 5.00e-04 | 2.00e-04 |"
-    trained("M1-concat-as-worded", 1e-4, ended_by="--epochs")
+    write_model(tmp_path / "M1-concat-as-worded", 1e-4, ended_by="--epochs")
     epochs, errors = reproducibility.training_table(tmp_path).splitlines()[2:4]
-    assert epochs.endswith("| 9, ended by the recipe | 9, stopped before the recipe's own end |")
+    assert epochs.endswith("| 2, ended by the recipe | 2, stopped before the recipe's own end |")
     assert errors == "| held-out MSE | 5.00e-04 | 2.00e-04 | 1.00e-04 |"
     of_c, of_d = reproducibility.inputs_table(*shown, tmp_path).splitlines()[2:]
     assert (of_c.split(" | ")[5:], of_d.split(" | ")[5:]) == (["3.00e-05", "1", "- |"], ["4.00e-05", "1", "2.00e-04 |"])

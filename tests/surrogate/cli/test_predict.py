@@ -15,14 +15,12 @@ from bem import LoadingProtocol, PiecewiseLinearProtocol, simulate
 from bem.plots import COLOURS
 from surrogate import ExtrapolationWarning
 from surrogate.cli.comparison import plot_predictions, solver_errors
-from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
 from surrogate.prediction.predictor import Surrogate
 from tests.bem.test_trajectory import trajectory_of
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
 
-pretrained = pytest.mark.skipif(not (PUBLISHED_BANDED / "fast").is_dir(), reason="`make pretrained` writes the models")
 LOADING = LoadingProtocol(**PROTOCOL)
 ONE = ("--tabor", 1.0, *FLAGS)
 
@@ -39,7 +37,6 @@ def test_a_protocol_of_options(command, published):
     assert f"pull-off force {expected.pull_off_force:.5g} at time {expected.pull_off_time:.5g}" in out
 
 
-@pretrained
 @pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
 def test_force_interval_and_band_are_those_of_python(program, words, ratio):
     code, out, err = program("predict", "fast", *ONE, *words)
@@ -71,16 +68,7 @@ def test_files_in_and_out(command, published, tmp_path):
     np.testing.assert_allclose(table[120:, 3], expected[1].force, rtol=1e-9)
     assert (tmp_path / "out.csv").read_text().startswith("trajectory,time,indentation,force\n")
 
-    # A history predicts as its protocol does.
-    points = np.stack([expected[0].time, expected[0].indentation], axis=1)
-    np.savetxt(tmp_path / "history.csv", points, "%.17g", delimiter=",", header="time,indentation", comments="")
-    code, out, err = command("predict", "M1-concat", "--in", tmp_path / "history.csv", "--tabor", 1.0, "--json")
-    assert (code, err) == (0, "")
-    (found,) = json.loads(out)
-    assert found["pull_off_force"] == pytest.approx(expected[0].pull_off_force, rel=1e-5)
 
-
-@pretrained
 def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
     given = [PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1}, PROTOCOL | {"tabor": 2.0, "modulus_ratio": 0.7}]
     (tmp_path / "in.json").write_text(json.dumps(given))
@@ -97,7 +85,6 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
         np.testing.assert_array_equal([float(row[name]) for row in rows(tmp_path / "out.csv")], wanted)
 
 
-@pretrained
 def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
     ratios = [0.005, 0.1, 0.004, 0.7]
     (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
@@ -125,7 +112,6 @@ def test_extrapolation_warns_once_per_trajectory(command):
     assert "; compare with the solver before you trust" in err
 
 
-@pretrained
 def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
     code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.005, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
@@ -165,7 +151,6 @@ def test_check_reports_the_solver_s_answer(command, tmp_path):
     assert "stroke-dasharray" in (tmp_path / "both.svg").read_text()  # the solver's curve
 
 
-@pretrained
 def test_the_check_is_of_the_same_solid(program):
     (found,) = json.loads(program("predict", "fast", *ONE, "--modulus-ratio", 0.3, "--check", "--json")[1])
     assert found["check"]["modulus_ratio"] == found["check"]["model_modulus_ratio"] == 0.3

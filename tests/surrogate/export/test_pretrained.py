@@ -25,7 +25,6 @@ from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 
-pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make pretrained` writes the models")
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 CURVES = ("force", "force_lower", "force_upper", "curve_lower", "curve_upper")
 OUTPUTS = (*CURVES, *RESULTS, *INTERVALS)

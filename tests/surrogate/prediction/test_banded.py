@@ -130,7 +130,6 @@ def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
     np.testing.assert_array_equal(elastic.force, solid.force)
 
 
-@pytest.mark.skipif(not (PUBLISHED_BANDED / "fast").is_dir(), reason="`make pretrained` writes the models")
 def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
     columns = Design("log-uniform").protocols(400, seed=3)
     solids = [Scene(tabor) for tabor in columns.pop("tabor").tolist()]

@@ -16,9 +16,6 @@ from tests.surrogate.conftest import scaling_of, scenes
 from tests.surrogate.prediction.conftest import FAST_WITHDRAWAL, FLAGS, PROTOCOL, SCENE, history, refused
 
 DATASET = PUBLISHED.parent / "dataset.h5"
-published_only = pytest.mark.skipif(
-    not (DATASET.is_file() and (PUBLISHED / "M1-concat" / "model.onnx").is_file()), reason="nothing is published here"
-)
 
 
 def write(path, times, indentations):
@@ -27,7 +24,6 @@ def write(path, times, indentations):
     return path
 
 
-@published_only
 def test_a_noisy_history_predicts_about_as_well_as_its_protocol():
     data, model = TrajectoryDataset.load(DATASET), surrogate.load("M1-concat")
     chosen = data.split().test[:40]
@@ -127,7 +123,6 @@ def test_an_unresolved_ramp_is_refused_with_advice(command, tmp_path):
     assert ", 2 in unloading" in err
 
 
-@published_only
 def test_a_published_model_knows_its_material():
     data = TrajectoryDataset.load(DATASET)
     assert {data.sha256: data.modulus_ratio} == PUBLISHED_MATERIALS
@@ -135,7 +130,6 @@ def test_a_published_model_knows_its_material():
         assert surrogate.load(folder).modulus_ratio == 0.1
 
 
-@published_only
 @pytest.mark.parametrize("ratio", [[], ["--modulus-ratio", 0.1], ["--modulus-ratio", 0.5]])
 def test_a_check_against_another_material_says_so(ratio, command):
     place = PUBLISHED / "M1-concat"

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,10 +12,10 @@ from typer.testing import CliRunner
 
 from surrogate.cli.app import app
 from surrogate.training.queue import STOPPED, stop_request
+from tests.processes import ROOT
 from tests.surrogate.conftest import build_by, build_lstm
 from tests.surrogate.training import short_runs
 
-ROOT = Path(__file__).resolve().parents[3]
 EPOCHS = 6
 RECIPE = f"""
 name = "short"

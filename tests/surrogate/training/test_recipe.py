@@ -74,8 +74,6 @@ def test_a_bad_recipe_is_one_sentence_that_names_what_is_allowed(old, new, said,
 def test_an_unknown_recipe_is_told_the_known():
     with pytest.raises(FileNotFoundError, match="paper, paper-as-worded, swift"):
         Recipe.load("slow")
-    with pytest.raises(ValueError, match=r"one of \[cosine\] and \[plateau\]"):
-        Recipe.load("swift").with_overrides(plateau=Plateau(0.5, 1, 1e-3, 3))
 
 
 def test_a_recipe_of_any_name_is_read_back(tmp_path):
