@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -16,7 +17,7 @@ from bem.lab.contact_point import noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Jump, Path
 from bem.lab.setup import Setup
-from bem.lab.units import Quantity, to_si
+from bem.lab.units import Quantity, readable, to_si
 from bem.reference_solutions import jkr
 
 MOST = 1500
@@ -34,6 +35,7 @@ _SLOWEST = 16  # cosines: more see less of noise that grows towards low frequenc
 _SEEN = 2.0  # standard deviations by which the correlation of neighbours is seen
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
+_TURNS, _BEYOND = 0.2, 10.0  # of the depth, and times the noise of the path, by which an instrument turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         segment: which points count.
 
     Raises:
-        ValueError: an unknown segment, or a curve without contact or baseline.
+        ValueError: an unknown segment, or a curve without contact or baseline, or of several cycles.
     """
     if segment not in SEGMENTS:
         raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
@@ -109,6 +111,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     counts = np.diff(np.append(starts, len(all_columns[0])))
     time, place, tension, speed = (np.add.reduceat(each, starts) / counts for each in all_columns)
     first = max(index // size, 2)
+    _one_cycle(time, place, first)
     deep = np.flatnonzero(place >= place.max() - _TOP * np.ptp(place))
     top, leaves = int(deep[0]), int(deep[-1])
     number = np.arange(time.size)
@@ -131,6 +134,25 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     return Measurement(
         time, place, setup, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps
     )
+
+
+def _one_cycle(time: FloatArray, place: FloatArray, first: int) -> None:
+    """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
+    depth = np.maximum(place, place[first])
+    least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(place))
+    turn, rises, tops = 0, False, []
+    for n, here in enumerate(depth):
+        if (here > depth[turn]) == rises:
+            turn = n
+        elif abs(here - depth[turn]) > least:
+            tops += [] if rises else [n]
+            turn, rises = n, not rises
+    if len(tops) > 1:
+        cuts = [time[a + int(np.argmin(place[a:b]))] for a, b in itertools.pairwise(tops)]
+        raise ValueError(
+            f"a force curve must approach and retract once; received {len(tops)} cycles: cut it at "
+            f"{', '.join(readable(float(cut), 's') for cut in cuts)} and fit one of them"
+        )
 
 
 def whitening(residuals: FloatArray) -> FloatArray:

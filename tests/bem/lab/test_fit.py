@@ -220,6 +220,8 @@ RAMP = np.linspace(-1e-6, 1e-6, 300)
 STILL = over_time(RAMP, -np.maximum(RAMP, 0.0), 0.0)
 CREEP = np.interp(np.arange(600.0), [0.0, 300.0, 500.0, 599.0], [-1e-6, 1e-6, 1.001e-6, -1e-6])
 LATE = over_time(CREEP, -1e-9 * (np.abs(np.arange(600) - 450) < 50), 599.0)
+THREE = np.tile(1e-6 * loop(300), 3)
+CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
 
 
 @pytest.mark.parametrize(
@@ -238,6 +240,7 @@ LATE = over_time(CREEP, -1e-9 * (np.abs(np.arange(600) - 450) < 50), 599.0)
         ({"within": ("5 mm", "6 mm")}, r"10 points in contact; received \('5 mm', '6 mm'\), which holds 0"),
         ({"setup": "bead"}, "setup must be one of Setup"),
         ({"curve": LATE}, "a force curve must come into contact on its approach"),
+        ({"curve": CYCLES}, "must approach and retract once; received 3 cycles: cut it at 1.996 s, 3.997 s and fit"),
         ({"curve": STILL}, "time must increase after contact; received 0 s to the end"),
     ],
 )
