@@ -3,7 +3,8 @@
 The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where the residuals of Hertz hold relaxation,
 and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion decides, for
 noise as correlated as the residuals. Tilt of the baseline and drag of the liquid are always fitted: one too small to be
-seen would still bias the others. Intervals are those of the linearised problem, for the slow noise of the residuals.
+seen would still bias the others. A drift in time, which looks like relaxation, is fitted where the criterion calls for
+it. A rung whose memory vanishes at the end of its range is elastic and does not count. Intervals are those of the linearised problem, for the slow noise of the residuals.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ _SLIGHT = 0.8  # modulus ratio with which they are
 _CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
 _TWINS = ("dmt", "jkr")
 _ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
+_ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
 
@@ -63,8 +65,8 @@ def fit(
         setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.fitting.guess_setup`
             makes one from the curve. With its `stiffness`, or that of a curve with a stage, the fit moves the stage,
             and the contact point is a position of the stage.
-        free: the parameters to fit, of the model's, contact_point, force_offset, tilt and drag; the others are the
-            setup's, or zero. `None` fits all.
+        free: the parameters to fit, of the model's, contact_point, force_offset, tilt, drag and drift; the others are
+            the setup's, or zero. `None` fits all.
         model: a name of `bem.lab.models.LADDER`; "auto" climbs the ladder, or with `free` takes the solver.
         segment: "approach", "retract" or "both": the points that count.
         within: lowest and highest indentation, as lengths, or lowest and highest compression, as forces such as
@@ -94,7 +96,7 @@ def fit(
         unknown = [name for name in free if name not in (*names, *LINEAR)]
         if unknown or not set(free) & set(names):
             raise ValueError(
-                f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt and drag; "
+                f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt, drag and drift; "
                 f"received {shown(unknown[0] if unknown else ', '.join(free))}"
             )
     data = measurement_of(curve, setup, segment)
@@ -103,7 +105,7 @@ def fit(
         data = _within(data, within, start["contact_point"])
     climb = Climb(data, start, free, accuracy, report)
     try:
-        best = climb.climb() if model == AUTO else climb.rung(model)
+        climb, best = climb.finished(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
     sentences, windows, zero = [], [], False
@@ -171,9 +173,25 @@ class Climb:
     free: tuple[str, ...] | None = None
     accuracy: str | float = "standard"
     report: Callable[[int, float], None] | None = None
+    drift: bool = False
     fits: dict[str, Fitted] = field(default_factory=dict)
 
-    def climb(self) -> Fitted:
+    def finished(self, model: str) -> tuple[Climb, Fitted]:
+        """The climb and its end, or the one rung of a name, with a drift where the criterion calls for it."""
+        best, data = self.climb() if model == AUTO else self.rung(model), self.data
+        drift = np.zeros((best.residuals.size, 1))
+        drift[: len(best.problem), 0] = data.columns["drift"] * data.weights / data.noise
+        called = best.calls_for(drift)
+        # Relaxation and adhesion take up a drift, so that their residuals need not call for it.
+        sought = called or (model == AUTO and best.model.name not in ("hertz", "cone"))
+        if self.free is not None or not sought or not data.shows_drift:
+            return self, best
+        other = dataclasses.replace(self, fits={}, drift=True)
+        drifting = other.climb(called) if model == AUTO else other.rung(model)
+        judge = min((self._closest(), other._closest()), key=lambda each: each.misfit)
+        return (other, drifting) if drifting.criterion(judge) < best.criterion(judge) else (self, best)
+
+    def climb(self, solver: bool = True) -> Fitted:
         """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
         if self.data.setup.half_angle is not None:
             return self.rung("cone")
@@ -191,7 +209,7 @@ class Climb:
             self.rung("maugis")
         if "ting" in self.fits and (one_way or not still):
             self.rung("ting_power_law")
-        if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
+        if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
                 self.rung("solver")
@@ -200,7 +218,7 @@ class Climb:
     def best(self) -> Fitted:
         """The rung of the lowest criterion so far, for noise as correlated as the residuals of the closest."""
         closest = self._closest()
-        best = min(self.fits.values(), key=lambda each: each.criterion(closest))
+        best = min(self._standing(), key=lambda each: each.criterion(closest))
         if not best.adequate:
             return closest
         names = [each.model.name for each in (best, *self.alike(best))]
@@ -217,20 +235,19 @@ class Climb:
         # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
         between = 0.1 < best.setup.physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
-        others = [each for name, each in self.fits.items() if name in names and each is not best]
+        others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
         return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
 
     def rung(self, name: str) -> Fitted:
-        """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
+        """Fit one model, with offset, tilt and, where the curve tells them, drag and drift."""
         begin = time.process_time()
         model, data, setup = LADDER[name], self.data, self.data.setup
         held = MEMORY if isinstance(setup.material, PronySeries) and name == "solver" else ()
         nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
         guesses = self._start(model)
         start = {each: guesses[each] for each in nonlinear}
-        signs = {each: np.sign(data.columns[each][data.weights > 0.0]) for each in LINEAR}
-        linear = tuple(each for each in LINEAR if each == "force_offset" or np.ptp(signs[each]) > 0.0)
+        linear = (*data.linear, *("drift",) * self.drift)
         if self.free is not None:
             known = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
             start |= {each: known[each] for each in nonlinear if each not in self.free and known.get(each) is not None}
@@ -249,7 +266,13 @@ class Climb:
 
     def _closest(self) -> Fitted:
         """The rung of the smallest misfit."""
-        return min(self.fits.values(), key=lambda each: each.misfit)
+        return min(self._standing(), key=lambda each: each.misfit)
+
+    def _standing(self) -> list[Fitted]:
+        """The rungs without those whose memory vanishes at the end of its range, unless there is no other."""
+        found = list(self.fits.values())
+        gone = [{n for n in each.at_bound if abs(each.values[n] - _ELASTIC.get(n, np.inf)) < 0.01} for each in found]
+        return [each for each, vanished in zip(found, gone, strict=True) if not vanished] or found
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""

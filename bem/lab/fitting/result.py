@@ -173,7 +173,7 @@ def result_of(
         stage=None if path.setup.stiffness is None else path.place,
     )
     values = {name: best.values[name] for name in best.names}
-    for name in {"force_offset", "tilt"} & values.keys() if curve.force_sign == "compression" else ():
+    for name in {"force_offset", "tilt", "drift"} & values.keys() if curve.force_sign == "compression" else ():
         values[name] = -values[name]
         intervals[name] = (-intervals[name][1], -intervals[name][0])
     rest = tension - curve.tension

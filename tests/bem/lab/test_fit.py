@@ -147,6 +147,19 @@ def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_int
     assert sum(inside) >= 8
 
 
+@pytest.mark.parametrize(("share", "end"), [(0.01, 2000), (0.05, 2000), (-0.03, 1200)])
+def test_a_drift_in_time_is_not_taken_for_relaxation(share, end):
+    """Without a second baseline it looks like relaxation, or like less than none: the power law ends at its bound."""
+    curve, setup, truth = closed_form("hertz", [0, 5], noise=0.005)
+    drift = share * np.ptp(curve.force) / np.ptp(curve.time)
+    columns = curve.time, curve.indentation, curve.force + drift * (curve.time - curve.time[0])
+    time, depth, force = (column[:end] for column in columns)
+    result = fit(ForceCurve(time=time, indentation=depth, force=force), setup)
+    assert (result.model, result.adequate) == ("hertz", True)
+    assert result.values.get("drift", drift) == pytest.approx(drift, rel=0.1)
+    assert result.values["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.02)
+
+
 def test_a_neck_as_long_as_the_baseline_is_contact():
     """The retraction still pulled where the approach had been out of contact, and was taken for baseline."""
     place = 0.6e-6 * loop(600)
@@ -229,7 +242,7 @@ CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
     [
         ({"free": ("stiffness",)}, "free must be one or more of relaxed_modulus, .*received"),
         ({"free": ()}, "free must be one or more"),
-        ({"free": ("force_offset",)}, "with or without force_offset, tilt and drag; received 'force_offset'"),
+        ({"free": ("force_offset",)}, "with or without force_offset, tilt, drag and drift; received 'force_offset'"),
         ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
         ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
         ({"model": "cone"}, "half_angle must be given for a cone or a pyramid"),
