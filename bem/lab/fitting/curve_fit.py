@@ -4,7 +4,8 @@ The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where t
 and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion decides, for
 noise as correlated as the residuals. Tilt of the baseline and drag of the liquid are always fitted: one too small to be
 seen would still bias the others. A drift in time, which looks like relaxation, is fitted where the criterion calls for
-it. A rung whose memory vanishes at the end of its range is elastic and does not count. Intervals are those of the linearised problem, for the slow noise of the residuals.
+it. A rung whose memory vanishes at the end of its range is elastic and does not count. Intervals are those of the
+linearised problem, for the slow noise of the residuals.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part 
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
 _CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
+_HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
 _ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
 _ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
@@ -228,13 +230,18 @@ class Climb:
         return self.fits["dmt" if best.setup.physical_tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better."""
+        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better.
+
+        Hertz has adhesion beside it that fits better than chance allows, and not yet as much as the criterion asks for.
+        """
         judge = self._closest()
         families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
         names = next((each for each in families if best.model.name in each), ())
         # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
         between = 0.1 < best.setup.physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
+        if best.model.name == "hertz":
+            more = dict.fromkeys(names := _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
         others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
         return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
