@@ -213,16 +213,18 @@ def fit_curve(
 
 
 def fit_curves(
-    curves: Annotated[list[Path], typer.Argument(help="Files that afmformats reads, such as force maps.")],
+    curves: Annotated[list[Path], typer.Argument(help="Force maps and other files of one or more curves.")],
     radius: Radius,
     out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
     plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,
     quantity: Annotated[str, option("What is drawn.")] = "relaxed_modulus",
     stiffness: Stiffness = None,
+    force_sign: Annotated[str, option("Which force text files count as positive: tension or compression.")] = "tension",
     speed: Speed = None,
     model: ModelName = "auto",
     segment: Segment = "both",
     within: Range = None,
+    half_angle: Annotated[float | None, option(ANGLE)] = None,
     poisson_ratio: Poisson = None,
     material: Annotated[str, option(HELD)] = "elastic",
     jobs: Annotated[int, option("Processes.", min=1)] = 1,
@@ -240,7 +242,8 @@ def fit_curves(
     say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
     solid = _solid(material, None, poisson_ratio, None)
     known = {"radius": radius, "poisson_ratio": solid["poisson_ratio"], "material": solid["material"]}
-    how = {"stiffness": stiffness, "speed": speed, "jobs": jobs}
+    known["half_angle"] = half_angle
+    how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "jobs": jobs}
     options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
         rows = fit_map(curves, out, report=bar, **known, **how, **options)

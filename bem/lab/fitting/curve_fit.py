@@ -22,7 +22,7 @@ from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
 from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
+from bem.lab.fitting.measurement import SEGMENTS, Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
@@ -86,9 +86,7 @@ def fit(
         FitError: the fit did not converge.
     """
     instance("curve", curve, (ForceCurve,))
-    instance("setup", setup, (Setup,))
-    if model != AUTO and model not in LADDER:
-        raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
+    require_options(instance("setup", setup, (Setup,)).half_angle, model, segment, within)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
     if free is not None:
@@ -126,17 +124,42 @@ def fit(
     return result
 
 
+def require_options(
+    half_angle: float | None,
+    model: str = AUTO,
+    segment: Segment = "both",
+    within: tuple[Quantity | None, Quantity | None] | None = None,
+) -> None:
+    """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
+    if model != AUTO and model not in LADDER:
+        raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
+    if model in ("cone", "pyramid") and half_angle is None:
+        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+    if segment not in SEGMENTS:
+        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
+    if within is not None:
+        _ends(within)
+
+
+def _ends(within: tuple[Quantity | None, Quantity | None]) -> tuple[str, float, float]:
+    """What a range counts, length or force, and its ends in SI."""
+    given, kind = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]], "length"
+    try:
+        low, high = (to_si("range", end, kind) for end in given)
+    except ValueError:
+        kind = "force"
+        low, high = (to_si("range", end, kind) for end in given)
+    if not low < high:
+        raise ValueError(f"the range must grow; received {shown(within)}")
+    return kind, low, high
+
+
 def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
     """The points in contact inside a range of indentation or of force."""
-    given = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]]
-    try:
-        ends = [to_si("range", end, "length") for end in given]
-        values = data.depth - (contact_point - data.place[data.first])
-    except ValueError:
-        ends, values = [to_si("range", end, "force") for end in given], data.baseline - data.tension
-    if not ends[0] < ends[1]:
-        raise ValueError(f"the range must grow; received {shown(within)}")
-    inside, apart = (values >= ends[0]) & (values <= ends[1]), data.depth <= 0.0
+    kind, low, high = _ends(within)
+    pressed, depth = data.baseline - data.tension, data.depth - (contact_point - data.place[data.first])
+    values = depth if kind == "length" else pressed
+    inside, apart = (values >= low) & (values <= high), data.depth <= 0.0
     count = np.count_nonzero(data.weights * inside * ~apart)
     if count < FEWEST:
         raise ValueError(

@@ -13,7 +13,6 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from bem._support.validation import FloatArray, finite_number
-from bem._support.wording import shown
 from bem.lab.contact_point import FEWEST, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Jump, Path
@@ -114,10 +113,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         segment: which points count.
 
     Raises:
-        ValueError: an unknown segment, or a curve without contact or baseline, or of several cycles.
+        ValueError: a curve without contact or baseline, or of several cycles.
     """
-    if segment not in SEGMENTS:
-        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
     contact = curve.contact()
     if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
