@@ -95,6 +95,7 @@ class ForceCurve(Tabular):
         columns: Mapping[str, str] | None = None,
         speed: Quantity | None = None,
         number: int | None = None,
+        sensitivity: Quantity | None = None,
     ) -> ForceCurve:
         """Read a measured curve; `bem.lab.reading` says how columns are named.
 
@@ -106,6 +107,7 @@ class ForceCurve(Tabular):
             columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
             speed: Of the stage, in m/s, for files without time.
             number: Of the curve, from 0, in a file of several.
+            sensitivity: Of the deflection, in m/V, for AFM files that hold volts.
 
         Returns:
             The curve in SI, in the sign `force_sign`; its stage and contact radius where they are known.
@@ -118,9 +120,9 @@ class ForceCurve(Tabular):
         from bem.lab.reading import raw_curves
 
         require_sign(force_sign)
-        spring, rate = (
+        spring, rate, volts = (
             None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
-            for name, value in (("stiffness", stiffness), ("speed", speed))
+            for name, value in (("stiffness", stiffness), ("speed", speed), ("sensitivity", sensitivity))
         )
         parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
         if not parts:
@@ -129,7 +131,7 @@ class ForceCurve(Tabular):
         where = " and ".join(map(str, paths))
         if len({part.resolve() for part in paths}) < len(paths):
             raise ValueError(f"the files of one curve must be different; received {where}")
-        curves = raw_curves(paths, spring, force_sign, columns or {})
+        curves = raw_curves(paths, spring, force_sign, columns or {}, volts)
         if number is None and len(curves) > 1:
             raise ValueError(
                 f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,7 @@ def fit_map(
     *,
     radius: Quantity,
     stiffness: Quantity | None = None,
+    sensitivity: Quantity | None = None,
     speed: Quantity | None = None,
     force_sign: ForceSign = "tension",
     poisson_ratio: float = 0.5,
@@ -64,6 +66,7 @@ def fit_map(
         out: CSV of `COLUMNS`, in SI; lines that it holds already are kept.
         radius: of the sphere, in m.
         stiffness: of the cantilever, in N/m, in place of the files' own.
+        sensitivity: of the deflection, in m/V, for files that hold volts.
         speed: of the stage, in m/s, for files without time.
         force_sign: which force text files count as positive.
         half_angle: of a cone or pyramid, in degrees.
@@ -84,8 +87,8 @@ def fit_map(
     instance("material", material, (Elastic, PronySeries))
     require_sign(force_sign)
     require_options(half_angle, **{name: options[name] for name in options.keys() & {"model", "segment", "within"}})
-    given = {"stiffness": stiffness, "speed": speed}
-    spring, rate = (
+    given = {"stiffness": stiffness, "sensitivity": sensitivity, "speed": speed}
+    spring, volts, rate = (
         None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
         for name, value in given.items()
     )
@@ -94,12 +97,14 @@ def fit_map(
     known |= {} if isinstance(material, Elastic) else {"material": material}
     known |= {} if half_angle is None else {"half_angle": finite_number("half_angle", half_angle, above=0.0, high=89.0)}
     how = {"stiffness": spring, "speed": rate} | ({} if force_sign == "tension" else {"force_sign": force_sign})
+    how |= {} if volts is None else {"sensitivity": volts}
     settings = json.dumps(known | how | options, sort_keys=True, default=str)
     out, head = Path(out), f"# {settings}\n{','.join(COLUMNS)}\n"
     # An interruption before the first curve leaves a part of the head.
     rows = read_map(out, settings) if out.exists() and not head.startswith(read_text(out)) else []
     done = {(row["file"], row["number"]) for row in rows}
-    curves = ((str(path), *each) for path in paths for each in enumerate(_curves_of(Path(path), spring, force_sign)))
+    read = partial(_curves_of, stiffness=spring, force_sign=force_sign, sensitivity=volts)
+    curves = ((str(path), *each) for path in paths for each in enumerate(read(Path(path))))
     left = [each for each in curves if each[:2] not in done]
     work = (delayed(_row)(*each, rate, known, options) for each in left)
     fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
@@ -137,10 +142,10 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
     return [{name: kinds[name](text) for name, text in row.items()} for row in csv.DictReader(lines[1:])]
 
 
-def _curves_of(path: Path, stiffness: float | None, force_sign: ForceSign) -> Sequence[RawCurve | str]:
+def _curves_of(path: Path, **how: Any) -> Sequence[RawCurve | str]:
     """The curves of a file, or the reason why it has none."""
     try:
-        return raw_curves([path], stiffness, force_sign, {}) or ["the file holds no curve"]
+        return raw_curves([path], columns={}, **how) or ["the file holds no curve"]
     except ValueError as error:
         return [str(error)]
 
