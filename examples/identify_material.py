@@ -9,6 +9,7 @@ Run: `python examples/identify_material.py`.
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,6 +88,7 @@ def identify(times: np.ndarray, force: np.ndarray, guess: tuple[float, float] = 
 
 def main() -> None:
     """Make a noisy curve, forget its parameters, and find them again."""
+    argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0]).parse_args()  # it takes no argument
     true = (1.5, 0.15)
     found = identify(*measured_curve(*true, noise=0.05))
     for name, value, factor, expected in (

@@ -26,6 +26,7 @@ from scipy.interpolate import PchipInterpolator
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem._support.outputs import IMAGES, require_output, require_suffix
 from bem.plots import COLOURS
 from bem.protocol import default_start_indentation
 from surrogate.posterior import Sample, batches, draw, likelihood, search
@@ -204,6 +205,11 @@ def main() -> None:
     for name in ("samples", "solver_samples"):
         if (count := getattr(chosen, name)) < LEAST:
             parser.error(f"--{name.replace('_', '-')} must be at least {LEAST}; received {count}")
+    try:
+        require_suffix(chosen.picture, IMAGES)
+        require_output(chosen.picture)
+    except ValueError as error:
+        parser.error(str(error))
     measured, noise = measured_curve(TRUE)
     model = surrogate.load("fast")
     found = infer(measured, noise, model, samples=chosen.samples, solver_samples=chosen.solver_samples, show=shown)

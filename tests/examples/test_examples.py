@@ -1,6 +1,7 @@
 """The worked examples do what they promise, with a stand-in where they need a trained model."""
 
 import importlib.util
+import subprocess
 import sys
 
 import numpy as np
@@ -114,6 +115,18 @@ def test_cantilever_pull_off(capsys, tmp_path):
     soft = pulls[0].viscoelastic
     assert soft.stage.min() == pytest.approx(-module.AWAY)
     np.testing.assert_allclose(soft.stage, soft.indentation - soft.tension / 0.5, atol=1e-18)
+
+
+@pytest.mark.parametrize("name", ["infer_material", "measured_tissue", "identify_material"])
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(name, tmp_path):
+    for place in (tmp_path / "none" / "a.png", tmp_path / "a.doc"):
+        run = subprocess.run(
+            [sys.executable, EXAMPLES / f"{name}.py", place], capture_output=True, text=True, check=False
+        )
+        assert run.returncode == 2
+        assert run.stdout == ""
+        assert str(place) in run.stderr
+        assert "Traceback" not in run.stderr
 
 
 def test_measured_tissue(tmp_path, monkeypatch, capsys):
