@@ -1,7 +1,6 @@
 """The worked examples do what they promise, with a stand-in where they need a trained model."""
 
 import importlib.util
-import subprocess
 import sys
 
 import numpy as np
@@ -11,7 +10,7 @@ import surrogate
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import Surrogate
-from tests.processes import ROOT
+from tests.processes import ROOT, python
 
 EXAMPLES = ROOT / "examples"
 
@@ -120,11 +119,8 @@ def test_cantilever_pull_off(capsys, tmp_path):
 @pytest.mark.parametrize("name", ["infer_material", "measured_tissue", "identify_material"])
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(name, tmp_path):
     for place in (tmp_path / "none" / "a.png", tmp_path / "a.doc"):
-        run = subprocess.run(
-            [sys.executable, EXAMPLES / f"{name}.py", place], capture_output=True, text=True, check=False
-        )
-        assert run.returncode == 2
-        assert run.stdout == ""
+        run = python(EXAMPLES / f"{name}.py", place)
+        assert (run.returncode, run.stdout) == (2, "")
         assert str(place) in run.stderr
         assert "Traceback" not in run.stderr
 
