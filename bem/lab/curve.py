@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 _BAND = ("force_lower", "force_upper")
+_LARGEST = 1e15  # in SI, of any number that is measured
 _UNITS = {
     "time": "s",
     "indentation": "m",
@@ -54,7 +55,7 @@ class ForceCurve(Tabular):
         coverage: share of true forces that its band is to contain.
 
     Raises:
-        ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
+        ValueError: fewer than two points, values beyond 1e15 or not finite, unequal lengths, or times that go back.
     """
 
     time: FloatArray
@@ -74,7 +75,10 @@ class ForceCurve(Tabular):
         require_sign(self.force_sign)
         optional = [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
         for name in ("time", "indentation", "force", *optional):
-            object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
+            values = finite_vector(name, getattr(self, name), at_least=2)
+            if (largest := float(np.abs(values).max())) > _LARGEST:
+                raise ValueError(f"{name} must be at most {_LARGEST:g} in {_UNITS[name]}; received {largest:g}")
+            object.__setattr__(self, name, values)
         lengths = {name: len(getattr(self, name)) for name in ("time", "indentation", "force", *optional)}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"the columns of a force curve must have the same length; received {lengths}")

@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem._support.validation import FloatArray, instance
+from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
+from bem.accuracy import resolve_accuracy
 from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import SEGMENTS, Measurement, Segment, hertz_line, measurement_of
@@ -82,11 +83,13 @@ def fit(
         the fit; its `sentences` say which model, and what the curve does not determine or contradicts.
 
     Raises:
-        ValueError: an unknown model or parameter, or a curve without contact or baseline.
+        ValueError: an unknown model, parameter or accuracy, or a curve without contact or baseline.
         FitError: the fit did not converge.
     """
     instance("curve", curve, (ForceCurve,))
     require_options(instance("setup", setup, (Setup,)).half_angle, model, segment, within)
+    near = finite_number("weight_near", to_si("weight_near", weight_near, "length"), low=0.0)
+    resolve_accuracy(accuracy)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
     if free is not None:
@@ -112,7 +115,7 @@ def fit(
     if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     if not best.adequate and setup.half_angle is None:
-        windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
+        windows = windows_of_depth(data, start, near)
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)

@@ -258,6 +258,8 @@ CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
         ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
         ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
         ({"model": "cone"}, "half_angle must be given for a cone or a pyramid"),
+        ({"weight_near": "-1 um"}, "weight_near must be a finite number at least 0; received -1e-06"),
+        ({"accuracy": "foo"}, "accuracy must be .*received 'foo'"),
         ({"segment": "middle"}, "segment must be one of both, approach, retract; received 'middle'"),
         ({"within": ("1 kg", None)}, "range must be a force, in a unit such as N; received the unit 'kg'"),
         ({"within": (1e-6, 0.0)}, "the range must grow"),
@@ -317,19 +319,21 @@ def test_a_fit_knows_the_cantilever():
     assert rigid.stiffness is None
 
 
-def hertzian(noise, unit):
-    """A bead of 5 um on 10 kPa, measured in units of a newton."""
+def hertzian(noise, unit, length=1.0, radius=5e-6):
+    """A bead of 5 um on 10 kPa, measured in units of a newton and of a metre."""
     depth = 1e-6 * loop(200)
     force = -4.0 / 3.0 * 1e4 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
-    curve = over_time(depth, (force + noise * np.random.default_rng(0).standard_normal(400)) / unit, 2.0)
-    return fit(curve, guess_setup(curve, radius=5e-6))
+    force = force + noise * np.random.default_rng(0).standard_normal(400)
+    curve = over_time(depth / length, force / unit, 2.0)
+    return fit(curve, guess_setup(curve, radius=radius))
 
 
 def test_a_curve_without_any_noise_or_adhesion_is_fitted_and_a_force_in_another_unit_asked_about():
     found = hertzian(0.0, 1.0)
     assert found.model == "hertz"
     assert found.values["relaxed_modulus"] == pytest.approx(1e4, rel=1e-6)
-    assert any("are the units right?" in one for one in hertzian(1e-11, 1e-9).sentences)
+    for wrong in ({"unit": 1e-9}, {"unit": 1.0, "length": 1e-9}, {"unit": 1.0, "radius": 5.0}):
+        assert any("are the units right?" in one for one in hertzian(1e-11, **wrong).sentences), wrong
 
 
 def test_residuals_that_chance_may_explain_are_named_and_do_not_hide_in_the_picture(tmp_path):

@@ -135,6 +135,7 @@ def test_quantities_can_be_replaced():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"force": [0.0, -1e300]}, r"force must be at most 1e\+15 in N; received 1e\+300"),
         ({"force": [0.0]}, "force must be a one-dimensional sequence of at least 2"),
         ({"force": [0.0, 1.0, 2.0]}, "must have the same length"),
         ({"time": [1.0, 0.0]}, "time must not decrease"),
