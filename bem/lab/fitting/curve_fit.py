@@ -230,18 +230,24 @@ class Climb:
         # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
         relaxes, one_way = not best.adequate or self._relaxes(best if adheres else hertz), self.data.one_way
+        relaxes |= self.held and not adheres
         if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
         still = adheres and self.best().model.adhesive
         if still:
             self.rung("maugis")
-        if "ting" in self.fits and (one_way or not still):
+        if "ting" in self.fits and (one_way or not still) and not self.held:
             self.rung("ting_power_law")
         if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
                 self.rung("solver")
         return self.best()
+
+    @property
+    def held(self) -> bool:
+        """Whether the relaxation of the solid is known."""
+        return isinstance(self.data.setup.material, PronySeries)
 
     def best(self) -> Fitted:
         """The rung of the lowest criterion so far, for noise as correlated as the residuals of the closest."""
@@ -276,7 +282,7 @@ class Climb:
         """Fit one model, with offset, tilt and, where the curve tells them, drag and drift."""
         begin = time.process_time()
         model, data, setup = LADDER[name], self.data, self.data.setup
-        held = MEMORY if isinstance(setup.material, PronySeries) and name == "solver" else ()
+        held = MEMORY if self.held and name in ("solver", "ting") else ()
         nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
         guesses = self._start(model)
         start = {each: guesses[each] for each in nonlinear}

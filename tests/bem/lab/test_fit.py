@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from bem import PronySeries
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
@@ -126,6 +127,16 @@ def test_a_power_law_is_not_taken_for_adhesion():
     assert min(rung.misfit for rung in approach.ladder if rung.model in ("dmt", "jkr")) < 1.15
     low, high = approach.intervals["contact_point"]
     assert low < 0.0 < high
+
+
+@pytest.mark.parametrize("model", ["auto", "ting"])
+def test_a_known_relaxation_is_held_without_the_solver(model):
+    curve, setup, truth = closed_form("ting", [2, 8])
+    known = setup.replaced(material=PronySeries([1.0 - truth["modulus_ratio"]], [truth["retardation_time"]]))
+    result = fit(curve, known, model=model)
+    assert (result.model, result.adequate, result.simulations) == ("ting", True, 0)
+    assert "modulus_ratio" not in result.values
+    assert result.values["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.005)
 
 
 @pytest.mark.slow
