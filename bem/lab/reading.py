@@ -200,6 +200,8 @@ def _check_sign(path: FloatArray, compression: FloatArray, force_sign: ForceSign
     `path` is the displacement if there is one, since an indentation computed from it follows the force. Both parts of
     the path must agree: a contact that snaps in within one of them has tension that grows there.
     """
+    if not np.ptp(path) > 0.0:
+        raise ValueError(f"a force curve must move; received {where}, whose path stays at {path[0]:.4g} m")
     approach = np.arange(path.size) <= np.argmax(path)
     agree = []
     for share in _DEEPEST:

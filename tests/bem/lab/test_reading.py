@@ -116,6 +116,7 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
         (f"{ROW}1,nan,1\n", "Expected finite numbers"),
         (ROW, "Expected a header and at least two rows"),
         ("time (s),depth (m),indentation (m),force (N)\n0,0,0,0\n1,1,1,1\n", "Expected one column indentation"),
+        (f"{ROW}1,0,1\n", "a force curve must move; received .*, whose path stays at 0 m"),
         (f"{ROW}-1,1,1\n", "time must not decrease"),
         (b"\xff\xfe\x00\x01", "not UTF-8 text"),
     ],
