@@ -210,12 +210,12 @@ class Climb:
         drift = np.zeros((best.residuals.size, 1))
         drift[: len(best.problem), 0] = data.columns["drift"] * data.weights / data.noise
         called = best.calls_for(drift)
-        # Relaxation and adhesion take up a drift, so that their residuals need not call for it.
-        sought = called or (model == AUTO and best.model.name not in ("hertz", "cone"))
+        # Relaxation takes up a drift, so that its residuals need not call for it.
+        sought = called or (model == AUTO and (not best.adequate or best.model.name in (*_RELAXING, "solver")))
         if self.free is not None or not sought or not data.shows_drift:
             return self, best
         other = dataclasses.replace(self, fits={}, drift=True)
-        drifting = other.climb(called) if model == AUTO else other.rung(model)
+        drifting = other.climb(called and best.adequate) if model == AUTO else other.rung(model)
         judge = min((self._closest(), other._closest()), key=lambda each: each.misfit)
         return (other, drifting) if drifting.criterion(judge) < best.criterion(judge) else (self, best)
 
