@@ -217,7 +217,10 @@ class Climb:
         other = dataclasses.replace(self, fits={}, drift=True)
         drifting = other.climb(called and best.adequate) if model == AUTO else other.rung(model)
         judge = min((self._closest(), other._closest()), key=lambda each: each.misfit)
-        return (other, drifting) if drifting.criterion(judge) < best.criterion(judge) else (self, best)
+        # As in a climb, the misfit decides where no rung describes the curve.
+        better = drifting.criterion(judge) < best.criterion(judge)
+        better &= drifting.adequate or drifting.misfit < best.misfit
+        return (other, drifting) if better else (self, best)
 
     def climb(self, solver: bool = True) -> Fitted:
         """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
