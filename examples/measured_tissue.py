@@ -19,6 +19,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from bem._support.command_line import one_sentence
+from bem._support.outputs import IMAGES, require_output, require_suffix
 from bem.lab import FitResult, ForceCurve, fit
 from bem.lab.fitting import guess_setup
 from bem.lab.units import readable
@@ -44,6 +46,8 @@ def fitted(curve: ForceCurve, accuracy: str | float = "standard") -> FitResult:
 
 def main(path: str | Path = "measured_tissue.png") -> None:
     """Fit, print, draw."""
+    require_suffix(path, IMAGES)
+    require_output(path)
     curve = read()
     result = fitted(curve)
     print(result.summary())
@@ -55,4 +59,5 @@ def main(path: str | Path = "measured_tissue.png") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    with one_sentence("measured_tissue"):
+        main(*sys.argv[1:2])

@@ -31,6 +31,7 @@ STIFFNESS = (
 Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
 Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
 Stiffness = Annotated[Text, option(STIFFNESS)]
+Sensitivity = Annotated[Text, option("Of the deflection, e.g. 50nm/V, for AFM files that hold volts.")]
 ModelName = Annotated[str, option(MODEL)]
 Segment = Annotated[str, option("What counts: approach, retract or both.")]
 Range = Annotated[
@@ -165,6 +166,7 @@ def fit_curve(
     radius: Radius,
     stiffness: Stiffness = None,
     force_sign: ForceSign = "tension",
+    sensitivity: Sensitivity = None,
     speed: Speed = None,
     number: Annotated[int | None, option("Of the curve, from 0, in a file of several.")] = None,
     model: ModelName = "auto",
@@ -201,6 +203,7 @@ def fit_curve(
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "number": number}
+        how |= {"sensitivity": sensitivity}
         measured = ForceCurve.read(curve[0] if len(curve) == 1 else curve, **how)
         start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **known)
         options = {"model": model, "segment": segment, "within": _range(within), "weight_near": weight_near}
@@ -213,16 +216,19 @@ def fit_curve(
 
 
 def fit_curves(
-    curves: Annotated[list[Path], typer.Argument(help="Files that afmformats reads, such as force maps.")],
+    curves: Annotated[list[Path], typer.Argument(help="Force maps and other files of one or more curves.")],
     radius: Radius,
     out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
     plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,
     quantity: Annotated[str, option("What is drawn.")] = "relaxed_modulus",
     stiffness: Stiffness = None,
+    sensitivity: Sensitivity = None,
+    force_sign: Annotated[str, option("Which force text files count as positive: tension or compression.")] = "tension",
     speed: Speed = None,
     model: ModelName = "auto",
     segment: Segment = "both",
     within: Range = None,
+    half_angle: Annotated[float | None, option(ANGLE)] = None,
     poisson_ratio: Poisson = None,
     material: Annotated[str, option(HELD)] = "elastic",
     jobs: Annotated[int, option("Processes.", min=1)] = 1,
@@ -240,7 +246,8 @@ def fit_curves(
     say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
     solid = _solid(material, None, poisson_ratio, None)
     known = {"radius": radius, "poisson_ratio": solid["poisson_ratio"], "material": solid["material"]}
-    how = {"stiffness": stiffness, "speed": speed, "jobs": jobs}
+    known["half_angle"] = half_angle
+    how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "jobs": jobs, "sensitivity": sensitivity}
     options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
         rows = fit_map(curves, out, report=bar, **known, **how, **options)

@@ -20,7 +20,7 @@ _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _SAFE = 0.7  # of the points before contact, in which a force that noise hides does not bend the baseline
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
-_NONE = 1e-300  # N; stands for a baseline without noise
+_NONE = 1e-30  # N; stands for a baseline without noise
 STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 _BAND = ("force_lower", "force_upper")
+_LARGEST = 1e15  # in SI, of any number that is measured
 _UNITS = {
     "time": "s",
     "indentation": "m",
@@ -54,7 +55,7 @@ class ForceCurve(Tabular):
         coverage: share of true forces that its band is to contain.
 
     Raises:
-        ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
+        ValueError: fewer than two points, values beyond 1e15 or not finite, unequal lengths, or times that go back.
     """
 
     time: FloatArray
@@ -74,7 +75,10 @@ class ForceCurve(Tabular):
         require_sign(self.force_sign)
         optional = [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
         for name in ("time", "indentation", "force", *optional):
-            object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
+            values = finite_vector(name, getattr(self, name), at_least=2)
+            if (largest := float(np.abs(values).max())) > _LARGEST:
+                raise ValueError(f"{name} must be at most {_LARGEST:g} in {_UNITS[name]}; received {largest:g}")
+            object.__setattr__(self, name, values)
         lengths = {name: len(getattr(self, name)) for name in ("time", "indentation", "force", *optional)}
         if len(set(lengths.values())) > 1:
             raise ValueError(f"the columns of a force curve must have the same length; received {lengths}")
@@ -95,6 +99,7 @@ class ForceCurve(Tabular):
         columns: Mapping[str, str] | None = None,
         speed: Quantity | None = None,
         number: int | None = None,
+        sensitivity: Quantity | None = None,
     ) -> ForceCurve:
         """Read a measured curve; `bem.lab.reading` says how columns are named.
 
@@ -106,6 +111,7 @@ class ForceCurve(Tabular):
             columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
             speed: Of the stage, in m/s, for files without time.
             number: Of the curve, from 0, in a file of several.
+            sensitivity: Of the deflection, in m/V, for AFM files that hold volts.
 
         Returns:
             The curve in SI, in the sign `force_sign`; its stage and contact radius where they are known.
@@ -118,9 +124,9 @@ class ForceCurve(Tabular):
         from bem.lab.reading import raw_curves
 
         require_sign(force_sign)
-        spring, rate = (
+        spring, rate, volts = (
             None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
-            for name, value in (("stiffness", stiffness), ("speed", speed))
+            for name, value in (("stiffness", stiffness), ("speed", speed), ("sensitivity", sensitivity))
         )
         parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
         if not parts:
@@ -129,7 +135,7 @@ class ForceCurve(Tabular):
         where = " and ".join(map(str, paths))
         if len({part.resolve() for part in paths}) < len(paths):
             raise ValueError(f"the files of one curve must be different; received {where}")
-        curves = raw_curves(paths, spring, force_sign, columns or {})
+        curves = raw_curves(paths, spring, force_sign, columns or {}, volts)
         if number is None and len(curves) > 1:
             raise ValueError(
                 f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +17,13 @@ import numpy as np
 
 from bem._support.interruption import whole
 from bem._support.tabular import labelled
+from bem._support.text_files import read_text
 from bem._support.validation import finite_number, instance
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting import FitError, fit, guess_setup
+from bem.lab.fitting import FitError, fit, guess_setup, require_options
 from bem.lab.models import UNITS
-from bem.lab.reading import RawCurve, load_afm
-from bem.lab.units import Quantity, to_si
+from bem.lab.reading import RawCurve, raw_curves
+from bem.lab.units import ForceSign, Quantity, require_sign, to_si
 from bem.materials import Elastic, PronySeries
 
 if TYPE_CHECKING:
@@ -47,8 +49,11 @@ def fit_map(
     *,
     radius: Quantity,
     stiffness: Quantity | None = None,
+    sensitivity: Quantity | None = None,
     speed: Quantity | None = None,
+    force_sign: ForceSign = "tension",
     poisson_ratio: float = 0.5,
+    half_angle: float | None = None,
     material: Elastic | PronySeries = _ELASTIC,
     jobs: int = 1,
     report: Callable[[int, int, int], None] | None = None,
@@ -57,11 +62,14 @@ def fit_map(
     """Fit all curves of files.
 
     Args:
-        paths: AFM files.
+        paths: AFM files, or text files of one curve each.
         out: CSV of `COLUMNS`, in SI; lines that it holds already are kept.
         radius: of the sphere, in m.
         stiffness: of the cantilever, in N/m, in place of the files' own.
+        sensitivity: of the deflection, in m/V, for files that hold volts.
         speed: of the stage, in m/s, for files without time.
+        force_sign: which force text files count as positive.
+        half_angle: of a cone or pyramid, in degrees.
         poisson_ratio, material: of the half-space; a `PronySeries`, whose times are in seconds, is held.
         jobs: processes.
         report: called with the numbers of curves done and failed, and of all.
@@ -71,35 +79,42 @@ def fit_map(
         the lines of the file, in its order; numbers are NaN where there is none.
 
     Raises:
-        ValueError: a file is none that is read, or `out` belongs to other settings.
+        ValueError: an argument or option is invalid, or `out` belongs to other settings.
+        FileNotFoundError: there is no such file.
     """
     from joblib import Parallel, delayed  # type: ignore[import-untyped]
 
     instance("material", material, (Elastic, PronySeries))
-    given = {"stiffness": stiffness, "speed": speed}
-    spring, rate = (
+    require_sign(force_sign)
+    require_options(half_angle, **{name: options[name] for name in options.keys() & {"model", "segment", "within"}})
+    given = {"stiffness": stiffness, "sensitivity": sensitivity, "speed": speed}
+    spring, volts, rate = (
         None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
         for name, value in given.items()
     )
     known: dict[str, Any] = {"radius": finite_number("radius", to_si("radius", radius, "length"), above=0.0)}
     known["poisson_ratio"] = finite_number("poisson_ratio", poisson_ratio, low=0.0, high=0.5)
     known |= {} if isinstance(material, Elastic) else {"material": material}
-    settings = json.dumps(known | {"stiffness": spring, "speed": rate} | options, sort_keys=True, default=str)
-    out = Path(out)
-    rows = read_map(out, settings) if out.exists() else []
+    known |= {} if half_angle is None else {"half_angle": finite_number("half_angle", half_angle, above=0.0, high=89.0)}
+    how = {"stiffness": spring, "speed": rate} | ({} if force_sign == "tension" else {"force_sign": force_sign})
+    how |= {} if volts is None else {"sensitivity": volts}
+    settings = json.dumps(known | how | options, sort_keys=True, default=str)
+    out, head = Path(out), f"# {settings}\n{','.join(COLUMNS)}\n"
+    # An interruption before the first curve leaves a part of the head.
+    rows = read_map(out, settings) if out.exists() and not head.startswith(read_text(out)) else []
     done = {(row["file"], row["number"]) for row in rows}
-    curves = ((str(path), i, curve) for path in paths for i, curve in enumerate(load_afm(Path(path), spring)))
+    read = partial(_curves_of, stiffness=spring, force_sign=force_sign, sensitivity=volts)
+    curves = ((str(path), *each) for path in paths for each in enumerate(read(Path(path))))
     left = [each for each in curves if each[:2] not in done]
     work = (delayed(_row)(*each, rate, known, options) for each in left)
     fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
     if rows:  # a line that was cut short is written again
         content = out.read_bytes()
         out.write_bytes(content[: content.rfind(b"\n") + 1])
-    with out.open("a", newline="", encoding="utf-8") as file:
+    with out.open("a" if rows else "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         if not rows:
-            file.write(f"# {settings}\n")
-            writer.writeheader()
+            file.write(head)
         for row in fresh:
             with whole:
                 writer.writerow(row)
@@ -116,8 +131,6 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
     Raises:
         ValueError: the file is no map, or one of other settings.
     """
-    from bem._support.text_files import read_text
-
     text = read_text(path)
     lines = text[: text.rfind("\n") + 1].splitlines()
     if not lines or not lines[0].startswith("# ") or lines[1:2] != [",".join(COLUMNS)]:
@@ -129,9 +142,19 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
     return [{name: kinds[name](text) for name, text in row.items()} for row in csv.DictReader(lines[1:])]
 
 
-def _row(path: str, number: int, curve: RawCurve, speed: float | None, known: Row, options: Row) -> Row:
+def _curves_of(path: Path, **how: Any) -> Sequence[RawCurve | str]:
+    """The curves of a file, or the reason why it has none."""
+    try:
+        return raw_curves([path], columns={}, **how) or ["the file holds no curve"]
+    except ValueError as error:
+        return [str(error)]
+
+
+def _row(path: str, number: int, curve: RawCurve | str, speed: float | None, known: Row, options: Row) -> Row:
     row: Row = dict.fromkeys(COLUMNS, np.nan)
     row |= {"file": path, "number": number, "model": "", "adequate": "", "reason": ""}
+    if isinstance(curve, str):
+        return row | {"reason": curve}
     row["x"], row["y"] = curve.position
     try:
         measured = ForceCurve(**curve.columns(path, speed))

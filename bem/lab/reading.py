@@ -40,6 +40,10 @@ _HEIGHTS = ("height (measured)", "height (piezo)")
 _DEEPEST = (0.2, 0.05)  # parts of the path that tell the sign of the force
 
 
+class InstrumentError(ValueError):
+    """A file that afmformats knows lacks something of a force curve."""
+
+
 @dataclass(frozen=True)
 class RawCurve:
     """What a file holds of one curve, in SI, compression positive."""
@@ -88,28 +92,40 @@ class RawCurve:
 
 
 def raw_curves(
-    paths: Sequence[Path], stiffness: float | None, force_sign: ForceSign, columns: Mapping[str, str]
+    paths: Sequence[Path],
+    stiffness: float | None,
+    force_sign: ForceSign,
+    columns: Mapping[str, str],
+    sensitivity: float | None = None,
 ) -> list[RawCurve]:
     """All curves of an AFM file, or the one of text files; see `ForceCurve.read`."""
     if len(paths) == 1 and paths[0].suffix.lower() not in _TEXT_FILES:
-        return load_afm(paths[0], stiffness)
+        return load_afm(paths[0], stiffness, sensitivity)
     try:
         found = _joined(paths, columns)
-    except ValueError:
+    except ValueError as error:
         # Instruments write text of their own, which afmformats may know.
-        with suppress(ValueError):
-            if len(paths) == 1 and (curves := load_afm(paths[0], stiffness)):
+        try:
+            if len(paths) == 1 and (curves := load_afm(paths[0], stiffness, sensitivity)):
                 return curves
+        except InstrumentError as other:
+            raise ValueError(f"{error}; as a file of an instrument: {other}") from other
+        except ValueError:
+            pass
         raise
+    if sensitivity is not None:
+        raise ValueError(
+            f"sensitivity turns volts into a force; received {', '.join(map(str, paths))}, which has forces"
+        )
     found["force"] = found["force"] if force_sign == "compression" else -found["force"]
     return [RawCurve(found, stiffness)]
 
 
-def load_afm(path: Path, stiffness: float | None) -> list[RawCurve]:
+def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = None) -> list[RawCurve]:
     """Read all force curves of an AFM file.
 
     afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
-    given spring constant replaces the file's own.
+    given spring constant (N/m) or sensitivity (m/V) replaces the file's own, and the force changes with it.
 
     Raises:
         ValueError: afmformats is not installed, or the file is not one it reads.
@@ -132,24 +148,36 @@ def load_afm(path: Path, stiffness: float | None) -> list[RawCurve]:
                 size = sum(part.file_size for part in archive.infolist()) if archive else path.stat().st_size
             if size > _MOST_BYTES:
                 raise ValueError(f"{size} bytes, more than {_MOST_BYTES}")
-            override = {} if stiffness is None else {"spring constant": stiffness}
-            return [_converted(curve, stiffness, path) for curve in afmformats.load_data(path, meta_override=override)]
+            values = {"spring constant": stiffness, "sensitivity": sensitivity}
+            given = {name: value for name, value in values.items() if value is not None}
+            try:
+                curves = afmformats.load_data(path, meta_override=dict(given))
+            except NotImplementedError:  # some of its readers take none
+                curves = afmformats.load_data(path)
+            return [_converted(curve, given, path) for curve in curves]
+    except InstrumentError:
+        raise
     # Its own errors are no `Exception`, and each of its readers raises others.
-    except (Exception, afmformats.errors.AFMFileFormatError, afmformats.errors.MissingMetaDataError) as error:
-        if str(error).startswith("Expected an AFM file"):
-            raise
+    except afmformats.errors.MissingMetaDataError as error:
+        raise InstrumentError(
+            f"Expected {path} with --stiffness (its spring constant, N/m) and --sensitivity (m/V); received "
+            f"{shown(str(error))} from afmformats"
+        ) from error
+    except (Exception, afmformats.errors.AFMFileFormatError) as error:
         raise ValueError(
             f"Expected a CSV or an AFM file that afmformats reads; received {path} ({shown(str(error))})"
         ) from error
 
 
-def _converted(curve: Any, stiffness: float | None, path: Path) -> RawCurve:
+def _converted(curve: Any, given: Mapping[str, float], path: Path) -> RawCurve:
     names = ("force", "time", *_HEIGHTS, "tip position")
     found = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
     if "force" not in found:
-        raise ValueError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
+        raise InstrumentError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
     spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
-    spring = spring if stiffness is None else stiffness
+    spring = given.get("spring constant", spring)
+    for name, value in given.items():
+        found["force"] = found["force"] * (value / float(curve.metadata.get(name) or value))
     quantities: dict[str, FloatArray] = {name: found[name] for name in ("force", "time") if name in found}
     heights = [found[name] for name in _HEIGHTS if name in found]
     if heights and np.isfinite(spring):
@@ -157,7 +185,7 @@ def _converted(curve: Any, stiffness: float | None, path: Path) -> RawCurve:
     elif "tip position" in found:
         quantities["indentation"] = -found["tip position"]
     else:
-        raise ValueError(
+        raise InstrumentError(
             f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "
             "the spring constant"
         )
@@ -172,6 +200,8 @@ def _check_sign(path: FloatArray, compression: FloatArray, force_sign: ForceSign
     `path` is the displacement if there is one, since an indentation computed from it follows the force. Both parts of
     the path must agree: a contact that snaps in within one of them has tension that grows there.
     """
+    if not np.ptp(path) > 0.0:
+        raise ValueError(f"a force curve must move; received {where}, whose path stays at {path[0]:.4g} m")
     approach = np.arange(path.size) <= np.argmax(path)
     agree = []
     for share in _DEEPEST:

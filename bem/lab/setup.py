@@ -315,6 +315,10 @@ class Setup:
             ValueError: an argument is invalid, or the model does not know the scene: a spring or a Prony series.
         """
         require_sign(force_sign)
+        if not hasattr(model, "predict"):
+            raise ValueError(
+                f'model must be a loaded surrogate, such as surrogate.load("accurate"); received {shown(model)}'
+            )
         trajectory = model.predict(self.scene(), protocol, coverage=coverage)
         return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
 

@@ -36,6 +36,7 @@ DIMENSIONS = {
     "time": ("s", "a time, such as '10 ms'"),
     "speed": ("m/s", "a speed, such as '1 um/s'"),
     "stiffness": ("N/m", "a stiffness, such as '1 N/m'"),
+    "sensitivity": ("m/V", "a sensitivity, such as '50 nm/V'"),
     "number": ("", "a number, such as 0.1"),
 }
 """The SI unit of each kind of quantity, and its name with an example."""
@@ -58,6 +59,7 @@ _TABLE = (
     ("bar", 1e5, (1, -1, -2)),
     ("J joule joules", 1.0, (1, 2, -2)),
     ("erg", 1e-7, (1, 2, -2)),
+    ("V volt volts", 1.0, (1, 2, -3)),  # the ampere counts as a number, which no other unit here has
     ("1", 1.0, (0, 0, 0)),
     ("%", 0.01, (0, 0, 0)),
 )

@@ -10,7 +10,7 @@ import surrogate
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import Surrogate
-from tests.processes import ROOT
+from tests.processes import ROOT, python
 
 EXAMPLES = ROOT / "examples"
 
@@ -81,6 +81,14 @@ def test_gradients_see_the_channels_the_predictor_sees(model):
     expected = model.scaling.scale_channels(channels(times, depths, edge_from_counts(module.COUNTS, 1)))
     np.testing.assert_allclose(found.numpy()[:1], expected, rtol=0.0, atol=1e-5)
     np.testing.assert_array_equal(tabor.numpy()[:1], model.scaling.scale_tabor(np.array([2.0])))
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(tmp_path):
+    for place in (tmp_path / "none" / "a.png", tmp_path / "a.doc"):
+        run = python(EXAMPLES / "measured_tissue.py", place)
+        assert (run.returncode, run.stdout) == (2, "")
+        assert str(place) in run.stderr
+        assert "Traceback" not in run.stderr
 
 
 def test_measured_tissue(tmp_path, monkeypatch, capsys):

@@ -3,7 +3,9 @@
 The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where the residuals of Hertz hold relaxation,
 and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion decides, for
 noise as correlated as the residuals. Tilt of the baseline and drag of the liquid are always fitted: one too small to be
-seen would still bias the others. Intervals are those of the linearised problem, for the slow noise of the residuals.
+seen would still bias the others. A drift in time, which looks like relaxation, is fitted where the criterion calls for
+it. A rung whose memory vanishes at the end of its range is elastic and does not count. Intervals are those of the
+linearised problem, for the slow noise of the residuals.
 """
 
 from __future__ import annotations
@@ -16,11 +18,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem._support.validation import FloatArray, instance
+from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
+from bem.accuracy import resolve_accuracy
 from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
+from bem.lab.fitting.measurement import SEGMENTS, Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
@@ -38,8 +41,10 @@ _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part 
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
 _CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
+_HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
 _ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
+_ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
 
@@ -63,8 +68,8 @@ def fit(
         setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.fitting.guess_setup`
             makes one from the curve. With its `stiffness`, or that of a curve with a stage, the fit moves the stage,
             and the contact point is a position of the stage.
-        free: the parameters to fit, of the model's, contact_point, force_offset, tilt and drag; the others are the
-            setup's, or zero. `None` fits all.
+        free: the parameters to fit, of the model's, contact_point, force_offset, tilt, drag and drift; the others are
+            the setup's, or zero. `None` fits all.
         model: a name of `bem.lab.models.LADDER`; "auto" climbs the ladder, or with `free` takes the solver.
         segment: "approach", "retract" or "both": the points that count.
         within: lowest and highest indentation, as lengths, or lowest and highest compression, as forces such as
@@ -78,13 +83,13 @@ def fit(
         the fit; its `sentences` say which model, and what the curve does not determine or contradicts.
 
     Raises:
-        ValueError: an unknown model or parameter, or a curve without contact or baseline.
+        ValueError: an unknown model, parameter or accuracy, or a curve without contact or baseline.
         FitError: the fit did not converge.
     """
     instance("curve", curve, (ForceCurve,))
-    instance("setup", setup, (Setup,))
-    if model != AUTO and model not in LADDER:
-        raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
+    require_options(instance("setup", setup, (Setup,)).half_angle, model, segment, within)
+    near = finite_number("weight_near", to_si("weight_near", weight_near, "length"), low=0.0)
+    resolve_accuracy(accuracy)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
     if free is not None:
@@ -94,7 +99,7 @@ def fit(
         unknown = [name for name in free if name not in (*names, *LINEAR)]
         if unknown or not set(free) & set(names):
             raise ValueError(
-                f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt and drag; "
+                f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt, drag and drift; "
                 f"received {shown(unknown[0] if unknown else ', '.join(free))}"
             )
     data = measurement_of(curve, setup, segment)
@@ -103,14 +108,14 @@ def fit(
         data = _within(data, within, start["contact_point"])
     climb = Climb(data, start, free, accuracy, report)
     try:
-        best = climb.climb() if model == AUTO else climb.rung(model)
+        climb, best = climb.finished(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
     sentences, windows, zero = [], [], False
     if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     if not best.adequate and setup.half_angle is None:
-        windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
+        windows = windows_of_depth(data, start, near)
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)
@@ -122,17 +127,42 @@ def fit(
     return result
 
 
+def require_options(
+    half_angle: float | None,
+    model: str = AUTO,
+    segment: Segment = "both",
+    within: tuple[Quantity | None, Quantity | None] | None = None,
+) -> None:
+    """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
+    if model != AUTO and model not in LADDER:
+        raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
+    if model in ("cone", "pyramid") and half_angle is None:
+        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+    if segment not in SEGMENTS:
+        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
+    if within is not None:
+        _ends(within)
+
+
+def _ends(within: tuple[Quantity | None, Quantity | None]) -> tuple[str, float, float]:
+    """What a range counts, length or force, and its ends in SI."""
+    given, kind = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]], "length"
+    try:
+        low, high = (to_si("range", end, kind) for end in given)
+    except ValueError:
+        kind = "force"
+        low, high = (to_si("range", end, kind) for end in given)
+    if not low < high:
+        raise ValueError(f"the range must grow; received {shown(within)}")
+    return kind, low, high
+
+
 def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
     """The points in contact inside a range of indentation or of force."""
-    given = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]]
-    try:
-        ends = [to_si("range", end, "length") for end in given]
-        values = data.depth - (contact_point - data.place[data.first])
-    except ValueError:
-        ends, values = [to_si("range", end, "force") for end in given], data.baseline - data.tension
-    if not ends[0] < ends[1]:
-        raise ValueError(f"the range must grow; received {shown(within)}")
-    inside, apart = (values >= ends[0]) & (values <= ends[1]), data.depth <= 0.0
+    kind, low, high = _ends(within)
+    pressed, depth = data.baseline - data.tension, data.depth - (contact_point - data.place[data.first])
+    values = depth if kind == "length" else pressed
+    inside, apart = (values >= low) & (values <= high), data.depth <= 0.0
     count = np.count_nonzero(data.weights * inside * ~apart)
     if count < FEWEST:
         raise ValueError(
@@ -171,9 +201,28 @@ class Climb:
     free: tuple[str, ...] | None = None
     accuracy: str | float = "standard"
     report: Callable[[int, float], None] | None = None
+    drift: bool = False
     fits: dict[str, Fitted] = field(default_factory=dict)
 
-    def climb(self) -> Fitted:
+    def finished(self, model: str) -> tuple[Climb, Fitted]:
+        """The climb and its end, or the one rung of a name, with a drift where the criterion calls for it."""
+        best, data = self.climb() if model == AUTO else self.rung(model), self.data
+        drift = np.zeros((best.residuals.size, 1))
+        drift[: len(best.problem), 0] = data.columns["drift"] * data.weights / data.noise
+        called = best.calls_for(drift)
+        # Relaxation takes up a drift, so that its residuals need not call for it.
+        sought = called or (model == AUTO and (not best.adequate or best.model.name in (*_RELAXING, "solver")))
+        if self.free is not None or not sought or not data.shows_drift:
+            return self, best
+        other = dataclasses.replace(self, fits={}, drift=True)
+        drifting = other.climb(called and best.adequate) if model == AUTO else other.rung(model)
+        judge = min((self._closest(), other._closest()), key=lambda each: each.misfit)
+        # As in a climb, the misfit decides where no rung describes the curve.
+        better = drifting.criterion(judge) < best.criterion(judge)
+        better &= drifting.adequate or drifting.misfit < best.misfit
+        return (other, drifting) if better else (self, best)
+
+    def climb(self, solver: bool = True) -> Fitted:
         """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
         if self.data.setup.half_angle is not None:
             return self.rung("cone")
@@ -184,23 +233,29 @@ class Climb:
         # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
         relaxes, one_way = not best.adequate or self._relaxes(best if adheres else hertz), self.data.one_way
+        relaxes |= self.held and not adheres
         if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
         still = adheres and self.best().model.adhesive
         if still:
             self.rung("maugis")
-        if "ting" in self.fits and (one_way or not still):
+        if "ting" in self.fits and (one_way or not still) and not self.held:
             self.rung("ting_power_law")
-        if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
+        if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
                 self.rung("solver")
         return self.best()
 
+    @property
+    def held(self) -> bool:
+        """Whether the relaxation of the solid is known."""
+        return isinstance(self.data.setup.material, PronySeries)
+
     def best(self) -> Fitted:
         """The rung of the lowest criterion so far, for noise as correlated as the residuals of the closest."""
         closest = self._closest()
-        best = min(self.fits.values(), key=lambda each: each.criterion(closest))
+        best = min(self._standing(), key=lambda each: each.criterion(closest))
         if not best.adequate:
             return closest
         names = [each.model.name for each in (best, *self.alike(best))]
@@ -210,27 +265,31 @@ class Climb:
         return self.fits["dmt" if best.setup.physical_tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better."""
+        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better.
+
+        Hertz has adhesion beside it that fits better than chance allows, and not yet as much as the criterion asks for.
+        """
         judge = self._closest()
         families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
         names = next((each for each in families if best.model.name in each), ())
         # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
         between = 0.1 < best.setup.physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
-        others = [each for name, each in self.fits.items() if name in names and each is not best]
+        if best.model.name == "hertz":
+            more = dict.fromkeys(names := _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
+        others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
         return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
 
     def rung(self, name: str) -> Fitted:
-        """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
+        """Fit one model, with offset, tilt and, where the curve tells them, drag and drift."""
         begin = time.process_time()
         model, data, setup = LADDER[name], self.data, self.data.setup
-        held = MEMORY if isinstance(setup.material, PronySeries) and name == "solver" else ()
+        held = MEMORY if self.held and name in ("solver", "ting") else ()
         nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
         guesses = self._start(model)
         start = {each: guesses[each] for each in nonlinear}
-        signs = {each: np.sign(data.columns[each][data.weights > 0.0]) for each in LINEAR}
-        linear = tuple(each for each in LINEAR if each == "force_offset" or np.ptp(signs[each]) > 0.0)
+        linear = (*data.linear, *("drift",) * self.drift)
         if self.free is not None:
             known = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
             start |= {each: known[each] for each in nonlinear if each not in self.free and known.get(each) is not None}
@@ -249,7 +308,13 @@ class Climb:
 
     def _closest(self) -> Fitted:
         """The rung of the smallest misfit."""
-        return min(self.fits.values(), key=lambda each: each.misfit)
+        return min(self._standing(), key=lambda each: each.misfit)
+
+    def _standing(self) -> list[Fitted]:
+        """The rungs without those whose memory vanishes at the end of its range, unless there is no other."""
+        found = list(self.fits.values())
+        gone = [{n for n in each.at_bound if abs(each.values[n] - _ELASTIC.get(n, np.inf)) < 0.01} for each in found]
+        return [each for each, vanished in zip(found, gone, strict=True) if not vanished] or found
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -11,12 +13,11 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from bem._support.validation import FloatArray, finite_number
-from bem._support.wording import shown
-from bem.lab.contact_point import noise_of
+from bem.lab.contact_point import FEWEST, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Jump, Path
 from bem.lab.setup import Setup
-from bem.lab.units import Quantity, to_si
+from bem.lab.units import Quantity, readable, to_si
 from bem.reference_solutions import jkr
 
 MOST = 1500
@@ -34,6 +35,8 @@ _SLOWEST = 16  # cosines: more see less of noise that grows towards low frequenc
 _SEEN = 2.0  # standard deviations by which the correlation of neighbours is seen
 _CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
+_OWN = 0.02  # of the time out of contact, that neither place nor speed explains, for a drift to show
+_TURNS, _BEYOND = 0.2, 10.0  # of the depth, and times the noise of the path, by which an instrument turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,7 @@ class Measurement(Path):
     top: int
     """The last point of the approach."""
     columns: dict[str, FloatArray]
-    """What enters linearly: force_offset (1), tilt (path, m) and drag (minus speed, m/s), each (n,)."""
+    """What enters linearly: force_offset (1), tilt (path, m), drag (minus speed, m/s), drift (time, s), each (n,)."""
     jumps: tuple[Jump, ...]
     """Of the force, into and out of contact."""
 
@@ -71,6 +74,29 @@ class Measurement(Path):
         """Whether no point of the retraction counts: adhesion and relaxation bend an approach alike."""
         back = self.place[self.top :] < self.place.max() - _TOP * np.ptp(self.place)
         return not self.weights[self.top :][back].any()
+
+    @cached_property
+    def far(self) -> np.ndarray:
+        """Which points are surely out of contact: the far half of both baselines, where no neck reaches, shape (n,)."""
+        far = self.place < 0.5 * (self.place[0] + self.place[self.first])
+        for jump in self.jumps:
+            far &= ~((self.time >= self.time[self.first]) & (self.time < jump.time))
+        return far
+
+    @property
+    def linear(self) -> tuple[str, ...]:
+        """Columns that are always fitted: tilt, and drag where the stage moves both ways."""
+        signs = {name: np.ptp(np.sign(column[self.weights > 0.0])) for name, column in self.columns.items()}
+        return "force_offset", *(name for name in ("tilt", "drag") if signs[name] > 0.0)
+
+    @property
+    def shows_drift(self) -> bool:
+        """Whether both baselines count, which tell a drift from a tilt and from relaxation in contact."""
+        far = self.far & (self.weights > 0.0)
+        time, known = self.columns["drift"][far], np.column_stack([self.columns[name][far] for name in self.linear])
+        known /= np.maximum(np.linalg.norm(known, axis=0), 1e-300)
+        own = time - known @ np.linalg.lstsq(known, time, rcond=1e-6)[0]
+        return bool(time.size > FEWEST and np.linalg.norm(own) > _OWN * np.linalg.norm(time - time.mean()))
 
     @property
     def duration(self) -> float:
@@ -87,10 +113,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         segment: which points count.
 
     Raises:
-        ValueError: an unknown segment, or a curve without contact or baseline.
+        ValueError: a curve without contact or baseline, or of several cycles.
     """
-    if segment not in SEGMENTS:
-        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
     contact = curve.contact()
     if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
@@ -109,6 +133,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     counts = np.diff(np.append(starts, len(all_columns[0])))
     time, place, tension, speed = (np.add.reduceat(each, starts) / counts for each in all_columns)
     first = max(index // size, 2)
+    _one_cycle(time, place, first)
     deep = np.flatnonzero(place >= place.max() - _TOP * np.ptp(place))
     top, leaves = int(deep[0]), int(deep[-1])
     number = np.arange(time.size)
@@ -122,6 +147,7 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
         correlated = max(slow_noise(rest, basis)[0] / max(noise**2, 1e-300), 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
+    columns["drift"] = time - time[first]
     baseline = float(np.median(tension[:first]))
     jumps = _jumps(time, tension, top, leaves, baseline)
     # A mean over a jump is neither force; the points on either side of it do not count.
@@ -131,6 +157,25 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     return Measurement(
         time, place, setup, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps
     )
+
+
+def _one_cycle(time: FloatArray, place: FloatArray, first: int) -> None:
+    """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
+    depth = np.maximum(place, place[first])
+    least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(place))
+    turn, rises, tops = 0, False, []
+    for n, here in enumerate(depth):
+        if (here > depth[turn]) == rises:
+            turn = n
+        elif abs(here - depth[turn]) > least:
+            tops += [] if rises else [n]
+            turn, rises = n, not rises
+    if len(tops) > 1:
+        cuts = [time[a + int(np.argmin(place[a:b]))] for a, b in itertools.pairwise(tops)]
+        raise ValueError(
+            f"a force curve must approach and retract once; received {len(tops)} cycles: cut it at "
+            f"{', '.join(readable(float(cut), 's') for cut in cuts)} and fit one of them"
+        )
 
 
 def whitening(residuals: FloatArray) -> FloatArray:

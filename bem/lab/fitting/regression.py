@@ -70,11 +70,8 @@ class Regression:
         self.target = self.data.tension
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
-        # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
-        place, time = self.data.place, self.data.time
-        far = place < 0.5 * (place[0] + place[self.data.first])
-        for jump in self.data.jumps:  # a neck may reach as far
-            far &= ~((time >= time[self.data.first]) & (time < jump.time))
+        # What enters linearly, as the baselines show it: the first guess of where the contact is.
+        far = self.data.far
         self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.target[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
         self.known: dict[tuple[bytes, Any], FloatArray] = {}

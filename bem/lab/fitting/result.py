@@ -21,7 +21,7 @@ from bem.lab.units import readable
 
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
-_STIFFEST = 5e11  # Pa
+_STIFFEST, _LARGEST = 5e11, 1e-2  # Pa, and m of a radius
 _SHOWN = 0.98  # share of the residuals that sets the limits of their picture
 
 
@@ -173,7 +173,7 @@ def result_of(
         stage=None if path.setup.stiffness is None else path.place,
     )
     values = {name: best.values[name] for name in best.names}
-    for name in {"force_offset", "tilt"} & values.keys() if curve.force_sign == "compression" else ():
+    for name in {"force_offset", "tilt", "drift"} & values.keys() if curve.force_sign == "compression" else ():
         values[name] = -values[name]
         intervals[name] = (-intervals[name][1], -intervals[name][0])
     rest = tension - curve.tension
@@ -269,8 +269,11 @@ def _sentences(
     deep, radius, gap = (readable(length, "m") for length in (depth, setup.radius, setup.gap))
     if setup.relaxed_modulus > _STIFFEST:
         found.append(f"Hardly a solid is as stiff as {readable(setup.relaxed_modulus, 'Pa')}: are the units right?")
+    if setup.radius > _LARGEST:
+        found.append(f"Hardly a sphere of such contacts has a radius of {radius}: are the units right?")
     if setup.half_angle is None and depth > 0.5 * setup.radius:
-        found.append(f"The depth, {deep}, is not small beside the radius, {radius}.")
+        asked = ": are the units right?" if depth > 2.0 * setup.radius else "."
+        found.append(f"The depth, {deep}, is not small beside the radius, {radius}{asked}")
     if setup.half_angle is not None and depth < 2.0 * setup.radius:
         found.append(f"The depth, {deep}, is not large beside the radius of the apex.")
     if name == "dmt" and tabor > 0.3:

@@ -1,7 +1,7 @@
 """What a model of a force curve is: its parameters, and the tension along the path of an instrument.
 
-A model knows neither offset, tilt nor drag: those enter linearly and belong to the fit. Lengths in m, tensions in N,
-positive in tension, moduli in Pa, times in s.
+A model knows neither offset, tilt, drag nor drift: those enter linearly and belong to the fit. Lengths in m, tensions
+in N, positive in tension, moduli in Pa, times in s.
 """
 
 from __future__ import annotations

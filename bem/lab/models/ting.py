@@ -31,6 +31,8 @@ from bem.lab.models.model import (
     Values,
     contact_modulus,
 )
+from bem.materials import PronySeries
+from bem.materials_library import relaxation_spectrum
 
 MODULUS_AT_1S = Parameter("modulus_at_1s", "Pa", "logarithm", 1e0, 1e12, "a deeper indentation")
 EXPONENT = Parameter("exponent", "", "logit", 1e-3, 0.98, "a dwell and ramps of different lengths")
@@ -118,8 +120,12 @@ def pressed(
 
 
 def one_time(values: Values, path: Path) -> Relaxation:
-    """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time."""
-    relaxed, ratio = contact_modulus(values, path.setup), values["modulus_ratio"]
+    """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time, or a known series."""
+    relaxed, material = contact_modulus(values, path.setup), path.setup.material
+    if isinstance(material, PronySeries):
+        moduli, times = relaxation_spectrum(material)
+        return relaxed, relaxed * moduli, times * path.setup.time_scale
+    ratio = values["modulus_ratio"]
     return relaxed, np.array([relaxed * (1.0 / ratio - 1.0)]), np.array([ratio * values["retardation_time"]])
 
 
@@ -139,7 +145,7 @@ def power_law(values: Values, path: Path) -> Relaxation:
     return 0.0, modulus / gamma(alpha) * strengths, 1.0 / rates
 
 
-_LINEAR = "Ting: viscoelastic sphere without adhesion, standard linear solid"
+_LINEAR = "Ting: viscoelastic sphere without adhesion, standard linear solid or the known series"
 _POWER = "Ting: viscoelastic sphere without adhesion, power law"
 MODELS = (
     Model("ting", _LINEAR, (MODULUS, RETARDATION_TIME, MODULUS_RATIO), partial(tension, one_time), 1e-3),

@@ -216,6 +216,10 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     out.write_text("".join(lines[:4]) + lines[4][:20])
     assert CliRunner().invoke(app, words).exit_code == 0
     assert out.read_text() == whole
+    for before_the_first in ("", lines[0][:9], "".join(lines[:2])):
+        out.write_text(before_the_first)
+        assert CliRunner().invoke(app, words).exit_code == 0
+        assert out.read_text() == whole
     other = CliRunner().invoke(app, [*words, "--model", "hertz"])
     assert "the settings of" in other.output
     # The relaxation of a known solid is held, and its Poisson's ratio is the default.
@@ -227,6 +231,19 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     assert "which is none" in CliRunner().invoke(app, [*words[:-3], str(tmp_path / "no.csv")]).output
 
 
+def test_a_map_of_text_files_has_a_line_for_one_that_is_no_curve(tmp_path):
+    curve, _, truth = closed_form("cone", 0, noise=0.005)
+    (tmp_path / "none.csv").write_text("a,b\n1,2\n3,4\n")
+    curve.with_sign("compression").write(tmp_path / "curve.csv")
+    files, out = [str(tmp_path / name) for name in ("none.csv", "curve.csv")], tmp_path / "map.csv"
+    shape = ["--model", "cone", "--half-angle", f"{closed_form('cone', 0)[1].half_angle}"]
+    words = ["fit-map", *files, "--radius", "10nm", "--out", str(out), "--force-sign", "compression", *shape]
+    assert "1 without a fit: Expected a column force" in succeeded(app, words).output
+    rows = read_map(out)
+    assert [row["model"] for row in rows] == ["", "cone"]
+    assert rows[1]["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -235,6 +252,10 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
         (["--poisson-ratio", "0.7"], "poisson_ratio must be a finite number at least 0 and at most 0.5"),
         (["--quantity", "colour"], "quantity must be one of relaxed_modulus"),
         (["--model", "sphere"], "model must be auto or one of hertz"),
+        (["--model", "cone"], "half_angle must be given for a cone or a pyramid; received None"),
+        (["--segment", "middle"], "segment must be one of both, approach, retract; received 'middle'"),
+        (["--range", "2kg:"], "range must be a force"),
+        (["--force-sign", "up"], "force_sign must be 'tension' or 'compression'; received 'up'"),
         (["--material", "sls:0.3"], "material must be one of Elastic(...), PronySeries(...)"),
     ],
 )
@@ -242,3 +263,4 @@ def test_options_of_a_map_that_are_none(tmp_path, words, message):
     path = afm_map(tmp_path / "map.h5", count=1)
     run = CliRunner().invoke(app, ["fit-map", str(path), "--radius", "5um", "--out", str(tmp_path / "m.csv"), *words])
     assert message in str(run.exception) + run.output
+    assert not (tmp_path / "m.csv").exists()

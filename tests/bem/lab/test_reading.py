@@ -116,6 +116,7 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
         (f"{ROW}1,nan,1\n", "Expected finite numbers"),
         (ROW, "Expected a header and at least two rows"),
         ("time (s),depth (m),indentation (m),force (N)\n0,0,0,0\n1,1,1,1\n", "Expected one column indentation"),
+        (f"{ROW}1,0,1\n", "a force curve must move; received .*, whose path stays at 0 m"),
         (f"{ROW}-1,1,1\n", "time must not decrease"),
         (b"\xff\xfe\x00\x01", "not UTF-8 text"),
     ],
@@ -146,6 +147,25 @@ def test_an_afm_file_is_read_through_afmformats(tmp_path, curve):
     found = ForceCurve.read(tmp_path / "a.h5")
     np.testing.assert_allclose(found.indentation, curve.indentation, atol=1e-12)
     np.testing.assert_allclose(found.tension, curve.force, rtol=1e-6)
+    # Its reader takes no spring constant; the force follows from the same deflection.
+    stiffer = ForceCurve.read(tmp_path / "a.h5", stiffness=80.0)
+    np.testing.assert_allclose(stiffer.tension, 2.0 * found.tension)
+    np.testing.assert_allclose(stiffer.indentation, found.indentation)
     (tmp_path / "b.h5").write_bytes(b"nothing")
     with pytest.raises(ValueError, match="Expected a CSV or an AFM file that afmformats reads"):
         ForceCurve.read(tmp_path / "b.h5")
+
+
+def test_volts_become_forces_by_the_sensitivity(tmp_path):
+    pytest.importorskip("afmformats")
+    height, volts = np.linspace(0.0, 1000.0, 50), np.linspace(2.0, 0.0, 50)
+    np.savetxt(tmp_path / "a.txt", np.column_stack([height, volts, volts]), delimiter="\t")
+    given = {"speed": 1e-6, "stiffness": "0.1 N/m", "force_sign": "compression"}
+    needed = "no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*received 'Please specify"
+    with pytest.raises(ValueError, match=needed):
+        ForceCurve.read(tmp_path / "a.txt", **given)
+    found = ForceCurve.read(tmp_path / "a.txt", sensitivity="50 nm/V", **given)
+    assert np.ptp(found.force) == pytest.approx(2.0 * 1e-9 * 50e-9 * 0.1, rel=0.1)
+    (tmp_path / "b.csv").write_text(f"{ROW}1,1,1\n")
+    with pytest.raises(ValueError, match=r"sensitivity turns volts into a force; received .*b\.csv, which has forces"):
+        ForceCurve.read(tmp_path / "b.csv", sensitivity=1.0)

@@ -69,6 +69,14 @@ def test_a_force_that_noise_hides_at_first_does_not_bend_the_baseline():
         assert find_contact(depth, np.maximum(depth, 0.0) ** 2 + noise).contact_point < 0.6
 
 
+def test_noise_creep_and_steps_out_of_contact_are_no_second_cycle():
+    knots = [-1.0, -3.0, -1.0, 1.0, 1.15, 1.1, -2.0, -1.0]
+    path = np.interp(np.arange(1400.0), np.arange(8) * 200.0, knots)
+    path = 1e-6 * (path + 0.05 * np.random.default_rng(0).standard_normal(1400))
+    curve = over_time(path, -1e-3 * np.maximum(path, 0.0))
+    assert measurement_of(curve, BEAD).top in range(700, 1000)
+
+
 def test_a_curve_in_the_steps_of_the_solver_has_the_noise_of_its_baseline():
     """Half of its few long steps before contact reached into the attraction, whose bend was taken for noise."""
     setup = BEAD.replaced(equilibrium_gap=90e-9)

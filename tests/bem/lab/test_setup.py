@@ -67,6 +67,8 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         BEAD.predict(BEAD.protocol(peak_indentation=0.3e-6, dwell_time=0.1, **FAST), model)
     with pytest.raises(ValueError, match="spring"):
         setup.replaced(stiffness=2.0).predict(protocol, model)
+    with pytest.raises(ValueError, match=r'such as surrogate.load\("accurate"\); received \'accurate\''):
+        setup.predict(protocol, model="accurate")
 
 
 def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
@@ -133,6 +135,7 @@ def test_quantities_can_be_replaced():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"force": [0.0, -1e300]}, r"force must be at most 1e\+15 in N; received 1e\+300"),
         ({"force": [0.0]}, "force must be a one-dimensional sequence of at least 2"),
         ({"force": [0.0, 1.0, 2.0]}, "must have the same length"),
         ({"time": [1.0, 0.0]}, "time must not decrease"),
