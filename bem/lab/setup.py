@@ -300,11 +300,11 @@ class Setup:
         force_sign: ForceSign = "tension",
         check_range: bool = True,
     ) -> ForceCurve:
-        """Predict what `simulate` would, with a surrogate: `setup.predict(protocol, surrogate.load("accurate"))`.
+        """Predict what `simulate` would, with a surrogate: `setup.predict(protocol, "accurate")`.
 
         Args:
             protocol: of `protocol(...)`.
-            model: a loaded surrogate.
+            model: a loaded surrogate, or the name of one, which is then loaded for this call.
             coverage: share of true forces that the bands of the curve are to contain, of a model that has some.
             force_sign, check_range: as for `simulate`.
 
@@ -315,10 +315,13 @@ class Setup:
             ValueError: an argument is invalid, or the model does not know the scene: a spring or a Prony series.
         """
         require_sign(force_sign)
+        if isinstance(model, str):
+            from importlib.metadata import entry_points
+
+            for package in [*entry_points(group="bem.surrogates")][:1]:
+                model = package.load()(model)
         if not hasattr(model, "predict"):
-            raise ValueError(
-                f'model must be a loaded surrogate, such as surrogate.load("accurate"); received {shown(model)}'
-            )
+            raise ValueError(f"model must be a surrogate or the name of one; received {shown(model)}")
         trajectory = model.predict(self.scene(), protocol, coverage=coverage)
         return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
 

@@ -108,7 +108,8 @@ def beside_text(lab_files: Any) -> str:
         for ours, theirs in zip(entry["curves"], entry["nanite"], strict=False):
             if "hertz" not in ours or not theirs.get("modulus"):
                 continue
-            said = f"{ours['model']}, {'adequate' if ours['adequate'] else 'no model adequate'}"
+            verdict = "adequate" if ours["adequate"] else "no model adequate"
+            said = f"{ours['model']}, {verdict} ({ours['seconds']:.2g} s)"
             spread = f"{readable(ours['low'], 'Pa')} to {readable(ours['high'], 'Pa')}"
             name = entry["file"].removeprefix("fmt-jpk-fd_")
             rating = f"{theirs.get('rating', float('nan')):.1f}"
@@ -116,7 +117,7 @@ def beside_text(lab_files: Any) -> str:
             seconds = (f"{ours['hertz_seconds']:.2f}", f"{theirs['seconds']:.2f}")
             rows.append([f"{name}, {ours['number']}", *moduli, *seconds, said, rating])
     header = ["file, curve", "Hertz here", "interval, or spread over depth", "nanite", "CPU s here", "CPU s nanite"]
-    return markdown_table([*header, "the ladder says", "nanite's rating, of 10"], rows, "lrrrrrlr")
+    return markdown_table([*header, "the ladder says (CPU s)", "nanite's rating, of 10"], rows, "lrrrrrlr")
 
 
 def study(

@@ -67,8 +67,10 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         BEAD.predict(BEAD.protocol(peak_indentation=0.3e-6, dwell_time=0.1, **FAST), model)
     with pytest.raises(ValueError, match="spring"):
         setup.replaced(stiffness=2.0).predict(protocol, model)
-    with pytest.raises(ValueError, match=r'such as surrogate.load\("accurate"\); received \'accurate\''):
-        setup.predict(protocol, model="accurate")
+    np.testing.assert_array_equal(setup.predict(protocol, model="fast").force, curve.force)
+    for wrong, said in (("none", "Unknown model name"), (5.0, "the name of one; received 5.0")):
+        with pytest.raises(ValueError, match=said):
+            setup.predict(protocol, model=wrong)
 
 
 def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
