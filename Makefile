@@ -268,7 +268,8 @@ docs-numbers: setup  ## Write the published numbers into all documents
 readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
 	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
 	cp $(addprefix $(OUT)/figures/,figure-effects.png figure-accuracy-cost.png) docs/images/
-	$(PY) examples/measured_tissue.py docs/images/measured-tissue.png
+	$(VENV)/bin/bem fit examples/measured_tissue.csv --radius 18.64um --stiffness 0.010951N/m --force-sign compression \
+		--plot docs/images/measured-tissue.png
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into demo/dist (Node 18 or newer; DEMO_MODEL=... chooses the ONNX file)
