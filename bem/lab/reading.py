@@ -160,8 +160,8 @@ def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = No
     # Its own errors are no `Exception`, and each of its readers raises others.
     except afmformats.errors.MissingMetaDataError as error:
         raise InstrumentError(
-            f"Expected {path} with --stiffness (its spring constant, N/m) and --sensitivity (m/V); received "
-            f"{shown(str(error))} from afmformats"
+            f"Expected an AFM file with its metadata, or --stiffness in N/m and --sensitivity in m/V; received {path} "
+            f"({shown(str(error))})"
         ) from error
     except (Exception, afmformats.errors.AFMFileFormatError) as error:
         raise ValueError(

@@ -30,6 +30,7 @@ _MOST_TENSION = 2.0  # of an elastic contact: without deformation (DMT); short-r
 _HARD_EDGE = 0.12  # share of the contact radius that the spacing of nodes is judged by without adhesion
 _NOISE = 0.04
 _FASTER, _DENT = 10.0, 0.1  # how much faster a reload is, from which steps are chosen by so much of the allowed error
+_RETURN = 1.0  # in h0, both of the way back and of the way away from contact
 _LONG_DWELL, _CREPT = 10.0, 1.0  # in the longest retardation time; and in h0, by which a slow edge moves in it
 _LOCAL_WEIGHT_ELASTIC = 0.1  # the next step depends on what happens at the edge only where it is remembered
 
@@ -166,14 +167,18 @@ def _most_tension(scene: Scene) -> float:
 
 
 def _presses_again(path: Path) -> bool:
-    """Whether the sphere comes back much faster than it was pulled off.
+    """Whether the sphere comes back much faster than it was pulled off; noise of a measured path is no return.
 
     The force then is that of a stiff glass on the dent that is left, which the instant of detachment decides.
     """
     if isinstance(path, ForceProtocol):
         return False
+    depths = path.indentations
+    fallen = np.maximum.accumulate(depths) - depths
+    ahead = np.maximum.accumulate(depths[::-1])[::-1] - depths
+    away = (depths < 0.0) & (fallen > _RETURN) & (ahead > _RETURN)
     slowest = np.minimum.accumulate(np.where(path.rates < 0.0, -path.rates, np.inf))
-    return bool(np.any(path.rates[1:] > _FASTER * slowest[:-1]))
+    return bool(np.any(away[1:-1] & (path.rates[1:] > _FASTER * slowest[:-1])))
 
 
 def device_of(scene: Scene, by_force: bool, force_scale: float) -> LoadingDevice:

@@ -23,7 +23,7 @@ _FAR = 3.0  # in default start indentations: farther away nothing acts, and the 
 _FURTHER = 0.1  # of the duration, by which the last line is continued
 _NEAR = 0.05  # of the duration, from which on the forces between two jumps lead the search
 _SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
-_ONE = 5e9  # multiplications and additions that one simulation may take when few are left
+_ONE = 5e9  # multiplications and additions that one simulation may take, however few are left
 _SATURATES = 30.0  # standard deviations, beyond which lateness counts as its logarithm
 
 
@@ -64,7 +64,7 @@ def tension(
         values, path: as there.
         accuracy: as for `bem.simulate`.
         jumps: of the measured force.
-        budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: no bound.
+        budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: of this call.
 
     Returns:
         tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
@@ -82,7 +82,7 @@ def tension(
         protocol, begin = protocol_of(setup, path, values["contact_point"])
     except ValueError as error:  # a search wanders beyond what the solver takes
         raise NoContactError(str(error)) from error
-    most = None if budget is None else max(budget[0], _ONE)
+    most = max(budget[0] if budget else 0.0, _ONE)
     trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
     if budget is not None:
         budget[0] -= trajectory.stats.multiply_adds

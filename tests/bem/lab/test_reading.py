@@ -161,7 +161,9 @@ def test_volts_become_forces_by_the_sensitivity(tmp_path):
     height, volts = np.linspace(0.0, 1000.0, 50), np.linspace(2.0, 0.0, 50)
     np.savetxt(tmp_path / "a.txt", np.column_stack([height, volts, volts]), delimiter="\t")
     given = {"speed": 1e-6, "stiffness": "0.1 N/m", "force_sign": "compression"}
-    needed = "no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*received 'Please specify"
+    needed = (
+        "no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*received .*Please specify"
+    )
     with pytest.raises(ValueError, match=needed):
         ForceCurve.read(tmp_path / "a.txt", **given)
     found = ForceCurve.read(tmp_path / "a.txt", sensitivity="50 nm/V", **given)
