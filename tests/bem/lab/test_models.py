@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, StandardLinearSolid, simulate
+from bem import Elastic, StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.models import CONTACT_POINT, LADDER, Path, setup_of
 from bem.lab.models.model import straight_lines
 from bem.lab.models.ting import pressed
 from bem.reference_solutions import maugis_dugdale
-from bem.solver import simulation
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 UNITS = {"Pa", "J/m^2", "m", "s", ""}
@@ -131,18 +130,3 @@ def test_a_setup_gets_the_solid_that_was_fitted():
     found = setup_of(VALUES, elastic)
     assert found.material == StandardLinearSolid(0.3)
     assert setup_of({"relaxed_modulus": 1e3}, elastic).relaxed_modulus == 1e3
-
-
-@pytest.mark.parametrize("left", [None, [1e3]])
-def test_no_simulation_of_a_fit_takes_the_whole_budget_of_the_solver(left, monkeypatch):
-    """A search may wander to scenes that take a minute."""
-    asked = []
-
-    def spied(*parts, most_work):
-        asked.append(most_work)
-        return simulate(*parts, most_work=most_work)
-
-    monkeypatch.setattr(simulation, "simulate", spied)
-    time, depth = np.linspace(0.0, 2.0, 200), 1e-7 * np.interp(np.linspace(0.0, 2.0, 200), [0, 1, 2], [-2.0, 1.0, -2.0])
-    LADDER["solver"].tension(VALUES, Path(time, depth, SETUP), budget=left)
-    assert asked == [5e9]

@@ -150,7 +150,8 @@ def test_a_simulation_takes_no_more_than_the_budget_of_a_search(curve, monkeypat
     monkeypatch.setattr(simulation, "simulate", lambda *_, **named: asked.append(named) or simulate(*_, **named))
     for budget in ([1e10], [1.0], None):
         LADDER["solver"].tension(TRUTH, data, budget=budget)
-    assert [named["most_work"] for named in asked] == [1e10, 5e9, None]
+    # A search may wander to scenes that take a minute.
+    assert [named["most_work"] for named in asked] == [1e10, 5e9, 5e9]
 
 
 @pytest.mark.parametrize("evaluations", [0.5, 3.5, 45.5])

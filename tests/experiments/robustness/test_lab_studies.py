@@ -77,7 +77,8 @@ def test_every_file_is_read_fitted_or_refused_with_its_reason(tmp_path, monkeypa
         [" `.ibw` ", " 1 ", " 0 ", " 0 ", " 0 "],
     ]
     assert "| fmt-a.h5, 0 |" in lab_files.beside_text(found)
-    assert "hertz, adequate | 7.0 |" in lab_files.beside_text(found)
+    seconds = f"{found['files'][0]['curves'][0]['seconds']:.2g}"
+    assert f"hertz, adequate ({seconds} s) | 7.0 |" in lab_files.beside_text(found)
     assert "fmt-a.h5, 1" not in lab_files.beside_text(found)
 
 
