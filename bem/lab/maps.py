@@ -203,7 +203,7 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
         places = np.column_stack([np.arange(len(rows)), np.where(failed, lowest, values)])
         axes.plot(places[:, 0], values, "o", color=COLOURS["solver"])
         axes.set(xlabel="curve", ylabel=words)
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.locator_params(axis="x", integer=True)
         axes.yaxis.set_major_formatter(EngFormatter(UNITS[quantity]))
     doubtful = np.array([row["adequate"] == "no" for row in rows]) & ~failed
     for chosen, marker, label in ((failed, "x", "no fit"), (doubtful, ".", "no adequate model")):
