@@ -158,8 +158,9 @@ class Trajectory(Tabular):
         """
         loop, turnover = max(self.hysteresis, 1e-12), self.turnover()
         left_out = self.stats.left_out_error * turnover / loop if self.stats.left_out else 0.0
-        lossless = 0.5 if np.isfinite(self.energy_balance) else _CANCELLED * turnover
-        return self.accuracy * max(1.0, lossless / loop) + left_out
+        # The loop whose relative error is `accuracy`; the error of a smaller one is as large as that of this.
+        least = 0.5 if np.isfinite(self.energy_balance) else _CANCELLED * turnover
+        return self.accuracy * max(1.0, least / loop) + left_out
 
     @property
     def completed(self) -> bool:

@@ -12,7 +12,8 @@ elastic contacts with adhesion do, and contacts without adhesion are answered by
 that creep through dwells of more than ten retardation times, no short step after other nodes are chosen in stiff
 solids, and time steps for elastic contacts of flat tips under steep laws; 9, viscoelastic contacts without adhesion
 behind a spring or under a force leave a step early that is known to be rejected; 10, shorter steps along the curve of
-equilibria where its force bends, and before a fast reload. The paper's box has none of 8 to 10.
+equilibria where its force bends, before a fast reload, and for a load that grows from zero without adhesion; time steps
+for more flat tips under steep laws. The paper's box has none of 8 to 10.
 """
 
 SOLVER_VERSION = "10"

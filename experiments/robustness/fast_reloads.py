@@ -72,8 +72,10 @@ def limits_text(fast_reloads: Any) -> str:
     """How many histories miss their target, and by how much, for docs/limits.md."""
     parts = []
     for accuracy in ("standard", "draft"):
-        errors, target = [row[accuracy] for row in fast_reloads["histories"]], resolve_accuracy(accuracy).target
-        missed, percents = sum(not error <= target for error in errors), (100.0 * target, 100.0 * np.nanmax(errors))
+        # NaN, null in the file, where the trajectory did not complete.
+        errors = np.array([row[accuracy] for row in fast_reloads["histories"]], dtype=float)
+        target = resolve_accuracy(accuracy).target
+        missed, percents = np.sum(~(errors <= target)), (100.0 * target, 100.0 * np.nanmax(errors))
         parts.append(
             TEXT.format(missed=missed, count=len(errors), accuracy=accuracy, target=percents[0], worst=percents[1])
         )

@@ -79,8 +79,8 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         found.append(row)
     return (
         f"{markdown_table(CALLS, found, 'lrrrrrrr')}\n\n"
-        f"`solver` is that at `standard`, `draft` that at `draft`. Errors of gradients and of the solver on "
-        f"{ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
+        "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Errors of gradients and of the "
+        f"solver on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
     )
 

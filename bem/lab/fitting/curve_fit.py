@@ -276,7 +276,7 @@ class Climb:
         between = 0.1 < best.setup.physical_tabor < 5.0
         more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
         if best.model.name == "hertz":
-            more = dict.fromkeys(names := _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
+            names, more = _TWINS, dict.fromkeys(_TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
         others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
         return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
@@ -312,9 +312,11 @@ class Climb:
 
     def _standing(self) -> list[Fitted]:
         """The rungs without those whose memory vanishes at the end of its range, unless there is no other."""
-        found = list(self.fits.values())
-        gone = [{n for n in each.at_bound if abs(each.values[n] - _ELASTIC.get(n, np.inf)) < 0.01} for each in found]
-        return [each for each, vanished in zip(found, gone, strict=True) if not vanished] or found
+
+        def relaxes(each: Fitted) -> bool:
+            return all(abs(each.values[name] - _ELASTIC[name]) >= 0.01 for name in _ELASTIC.keys() & each.at_bound)
+
+        return [each for each in self.fits.values() if relaxes(each)] or list(self.fits.values())
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""

@@ -49,7 +49,9 @@ def hertz(values: Values, setup: Setup, deepest: float) -> Curve:
 
 def cone(values: Values, setup: Setup, deepest: float) -> Curve:
     """Force (2/pi) E* tan(alpha) depth^2, large beside the radius: Sneddon, Int. J. Eng. Sci. 3 (1965) 47."""
-    depth, slope = deepest * TABLE, float(np.tan(np.radians(setup.half_angle or 0.0)))
+    if setup.half_angle is None:
+        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+    depth, slope = deepest * TABLE, float(np.tan(np.radians(setup.half_angle)))
     return depth, -2.0 / np.pi * contact_modulus(values, setup) * slope * depth**2
 
 
