@@ -190,10 +190,11 @@ def test_one_percent_of_the_soak(tmp_path, monkeypatch):
 def test_a_fast_reload_turns_where_the_contact_is_just_lost(number):
     scene, path = fast_reloads.history(number, 5)
     assert scene.adhesion == fast_reloads.LAWS[number]
-    lost = simulate(scene, path)
-    assert lost.contact_radius[lost.time == path.times[-2]].max() == 0.0
-    nearer = path.indentations[-2] + 0.5
-    assert lost.contact_radius[(lost.indentation > nearer) & (lost.time < path.times[-2])].max() > 0.0
+    found, turn = simulate(scene, path), path.indentations[-2]
+    in_contact = (found.contact_radius > 0.0) & (found.time > path.times[2]) & (found.time <= path.times[-2])
+    assert found.indentation[in_contact].min() - turn < 0.5
+    # The instant of detachment is that of another simulation, to its accuracy.
+    assert found.contact_radius[found.time == path.times[-2]].max() < 0.1 * found.contact_radius.max()
     assert path.rates[-1] > 50.0 * -path.rates[-2]
 
 
