@@ -1,7 +1,8 @@
 """Fast reloads after slow pull-offs: how well the largest compression is known.
 
 The stiff glass presses on what is left of the dent, which fades within a retardation time of the detachment. Each
-history turns less than h0/2 beyond the indentation at which its contact is lost, where that instant matters most.
+history turns less than h0/2 beyond the indentation at which another simulation lost its contact, where that instant
+matters most.
 """
 
 from typing import Any
