@@ -1,6 +1,6 @@
 """Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call.
 
-Reads the data of `experiments.surrogates.errors_by_place` and `experiments.surrogates.ways_to_call`.
+Reads the data of `errors_by_place`, `ways_to_call` and `exported_files` in `experiments.surrogates`.
 """
 
 from pathlib import Path
@@ -85,6 +85,24 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
     )
 
 
+EXPORTED = ["File of", "Browser, single (ms)", "Weights (kB)", "Multiplications with weights (millions)"]
+
+
+def exported_text(exported_files: Any) -> str:
+    """What an exported file asks of a browser and a microcontroller, for a page, and how it was measured."""
+    found = [
+        [name, f"{one['milliseconds']:.2g}", f"{4e-3 * one['weights']:,.0f}", f"{1e-6 * one['multiplications']:.2g}"]
+        for name, one in exported_files["models"].items()
+    ]
+    worst = max(one["difference"] for one in exported_files["models"].values())
+    return (
+        f"{markdown_table(EXPORTED, found, 'lrrr')}\n\n"
+        f"One trajectory of {exported_files['count']}, wall time in {exported_files['browser']} on one thread. The "
+        f"forces differ from those of Python by {worst:.0e} of their range at most; measured by "
+        f"`{exported_files['command']}` on {exported_files['host']}."
+    )
+
+
 def size_text(size_error: Any) -> str:
     """How few parameters of one LSTM have the errors that the paper states, as published, in a sentence."""
     paper = drawing.paper_values("reference_model")
@@ -96,7 +114,7 @@ def size_text(size_error: Any) -> str:
     )
     return (
         f"The median errors that the paper states for its best model ({errors}) are reached by one LSTM on the inputs "
-        f"F from {row['units']} units on, with {row['parameters']:,} parameters, "
+        f"F from {row['units']} units on, with {row['parameters']:,} parameters ({4e-3 * row['parameters']:.0f} kB), "
         f"{paper['parameters'] / row['parameters']:.0f} times fewer than the paper's model has: {size_error['count']} "
         f"hidden protocols, {size_error['epochs']} epochs on {size_error['trajectories']:,} trajectories, one seed."
     )

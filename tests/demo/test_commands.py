@@ -1,4 +1,5 @@
 import functools
+import re
 import signal
 import socket
 import subprocess
@@ -8,6 +9,7 @@ import urllib.request
 
 import pytest
 
+from bem.plots import COLOURS, PULL_OFF
 from tests.processes import ROOT
 
 
@@ -16,6 +18,14 @@ def test_no_model_is_a_failure():
     done = subprocess.run([script, "no/such.onnx"], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("The demonstrator cannot be tested: no/such.onnx is missing; export it with")
+
+
+def test_a_tool_has_the_same_colour_as_in_all_other_pictures():
+    styles = (ROOT / "demo" / "src" / "styles.css").read_text(encoding="utf-8")
+    light = dict(re.findall(r"--(\w+): (#\w{6});", styles.partition("@media")[0]))
+    tools = ("solver", "M1", "fast", "accurate")
+    assert {name: light[name].upper() for name in tools} == {name: COLOURS[name] for name in tools}
+    assert light["peak"].upper() == PULL_OFF
 
 
 def test_serving_needs_no_environment():
