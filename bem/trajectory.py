@@ -301,17 +301,17 @@ class Trajectory(Tabular):
 
         return draw_trajectory(self, title)
 
-    def filmstrip(self, path: str | Path) -> None:
+    def filmstrip(self, path: str | Path, setup: Any = None) -> None:
         """Draw the contact at the instants that tell its story (.png, .pdf, .svg); see `bem.film.draw_filmstrip`."""
         from bem.film import draw_filmstrip
 
-        draw_filmstrip(self).savefig(path, dpi=200)
+        draw_filmstrip(self, setup).savefig(path, dpi=200)
 
-    def animate(self, path: str | Path) -> None:
+    def animate(self, path: str | Path, setup: Any = None) -> None:
         """Write the moving contact beside its force history (.gif, or .mp4 by ffmpeg); see `bem.film.write_film`."""
         from bem.film import write_film
 
-        write_film(self, path)
+        write_film(self, path, setup)
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""

@@ -92,10 +92,14 @@ class Places:
 
         Raises:
             FileNotFoundError: The file does not exist. The message names the command that makes it.
+            ValueError: The file is no JSON.
         """
         path = self.path(name)
         if path.is_file():
-            return json.loads(path.read_text(encoding="utf-8"))
+            try:
+                return json.loads(path.read_text(encoding="utf-8"))
+            except ValueError as error:
+                raise ValueError(f"result file {str(path)!r} must be JSON ({error}); {self.advice(name)}") from error
         raise FileNotFoundError(f"result file {str(path)!r} not found; {self.advice(name, asked_by)}")
 
     def advice(self, name: str, asked_by: str = "report") -> str:

@@ -24,7 +24,7 @@ from experiments import common
 from experiments.paper.model_comparison import read_model
 from experiments.places import Places
 from experiments.trainings.variants import earlier_trainings
-from surrogate.architectures.naming import names
+from surrogate.architectures.naming import paper_names
 
 CONFIG = common.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
@@ -63,7 +63,7 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
 def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:
     """Hours that a stage takes, and whether they follow from published results (`True`) or are an estimate."""
     stage = stages[name]
-    taken = core_seconds(name, published, names() if name == "models" else stage.get("labels", ()))
+    taken = core_seconds(name, published, paper_names() if name == "models" else stage.get("labels", ()))
     return (stage["estimate"] if taken is None else taken / 3600.0) / stage["jobs"], taken is not None
 
 

@@ -14,7 +14,7 @@ import typer
 
 from bem import __version__
 from bem._support.command_line import add_version, parse_accuracy, run_command
-from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem._support.outputs import Outputs
 from bem.cli import arguments, campaign, lab
 from bem.cli.arguments import STILL_ATTACHED, Adhesion, File, Indenter, Material, Number, Text, option, write
 
@@ -27,9 +27,6 @@ app = typer.Typer(
 
 TIMES = "Instants of a prescribed force, separated by commas; in place of a cycle."
 FORCES = "Force at these times, separated by commas, linear between them, in pi R dgamma, tension positive."
-
-FRAMES = 80
-"""Profiles of a film."""
 
 add_version(app, "bem", __version__)
 
@@ -59,8 +56,8 @@ def simulate(
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays as JSON.")] = False,
     csv: Annotated[File, option("Write time, indentation, force, contact radius, stage here.")] = None,
     plot: Annotated[File, option("Draw force history and loop here (.png, .pdf, .svg).")] = None,
-    filmstrip: Annotated[File, option("Draw the contact at its telling instants here (.png, .pdf, .svg).")] = None,
-    animate: Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")] = None,
+    filmstrip: arguments.Filmstrip = None,
+    animate: arguments.Animate = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, and print a summary.
 
@@ -70,7 +67,6 @@ def simulate(
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
     """
-    from bem.film import require_film
     from bem.plots import title_of
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
@@ -82,11 +78,9 @@ def simulate(
         protocol = ForceProtocol(arguments.parse_numbers("times", times), arguments.parse_numbers("forces", forces))
     else:
         protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
-    require_suffix(plot, IMAGES)
-    require_suffix(filmstrip, IMAGES)
-    require_film(animate)
+    arguments.require_pictures(plot, filmstrip, animate)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
-        profiles = FRAMES if filmstrip or animate else None
+        profiles = arguments.FRAMES if filmstrip or animate else None
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)
         write(outputs, csv, lambda part: write_csv(trajectory, part))
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bem._support.outputs import Outputs
+from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
 
 Text = str | None
@@ -36,6 +36,19 @@ def option(text: str, *names: str, **settings: Any) -> Any:
 Adhesion = Annotated[str, option(ADHESION_HELP, "--adhesion", "--traction")]
 Indenter = Annotated[str, option(INDENTER_HELP)]
 Material = Annotated[str, option(MATERIAL_HELP)]
+Filmstrip = Annotated[File, option("Draw the contact at its telling instants here (.png, .pdf, .svg).")]
+Animate = Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")]
+FRAMES = 80
+"""Profiles of a film."""
+
+
+def require_pictures(plot: File, filmstrip: File, animate: File) -> None:
+    """Raise ValueError where one of these files has a suffix that cannot be written."""
+    from bem.film import require_film
+
+    require_suffix(plot, IMAGES)
+    require_suffix(filmstrip, IMAGES)
+    require_film(animate)
 
 
 def scene_of(tabor: float, material: str, adhesion: str, spring: float | None, indenter: str) -> Any:

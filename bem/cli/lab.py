@@ -102,6 +102,8 @@ def simulate_si(
     plot: Annotated[
         File, option("Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
     ] = None,
+    filmstrip: arguments.Filmstrip = None,
+    animate: arguments.Animate = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, in newtons, metres and seconds.
 
@@ -113,6 +115,7 @@ def simulate_si(
     from bem._support.text_files import plain
     from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.lab.units import readable
+    from bem.solver.simulation import simulate as run
 
     setup = Setup(
         radius=radius,
@@ -129,13 +132,17 @@ def simulate_si(
         protocol = setup.force_protocol(**pairs, force_sign=force_sign)
     else:
         protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
-    require_suffix(plot, IMAGES)
+    arguments.require_pictures(plot, filmstrip, animate)
     said = warnings.catch_warnings(record=True, action="always", category=EffectiveRangeWarning)
-    with one_sentence("bem"), Outputs(csv, plot) as outputs, said as warned:
+    with one_sentence("bem"), Outputs(csv, plot, filmstrip, animate) as outputs, said as warned:
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         write(outputs, csv, curve.write)
         shown_first: Any = "indentation" if of_forces else "force"
         write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
+        if filmstrip or animate:
+            contact = run(setup.scene(), protocol, parse_accuracy(accuracy), profiles=arguments.FRAMES)
+            write(outputs, filmstrip, lambda part: contact.filmstrip(part, setup))
+            write(outputs, animate, lambda part: contact.animate(part, setup))
     for warning in warned or ():
         typer.echo(f"bem: {warning.message}", err=True)
     if as_json:

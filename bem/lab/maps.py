@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem._support.interruption import whole
+from bem._support.interruption import deaf_processes, whole
 from bem._support.tabular import labelled
 from bem._support.text_files import read_text
 from bem._support.validation import finite_number, instance
@@ -82,7 +82,7 @@ def fit_map(
         ValueError: an argument or option is invalid, or `out` belongs to other settings.
         FileNotFoundError: there is no such file.
     """
-    from joblib import Parallel, delayed  # type: ignore[import-untyped]
+    from joblib import Parallel, cpu_count, delayed  # type: ignore[import-untyped]
 
     instance("material", material, (Elastic, PronySeries))
     require_sign(force_sign)
@@ -107,7 +107,9 @@ def fit_map(
     curves = ((str(path), *each) for path in paths for each in enumerate(read(Path(path))))
     left = [each for each in curves if each[:2] not in done]
     work = (delayed(_row)(*each, rate, known, options) for each in left)
-    fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
+    with deaf_processes():
+        jobs = max(1, min(jobs, len(left), cpu_count()))
+        fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
     if rows:  # a line that was cut short is written again
         content = out.read_bytes()
         out.write_bytes(content[: content.rfind(b"\n") + 1])

@@ -127,6 +127,8 @@ def study(
 ) -> dict[str, Any]:
     """Read and fit every data file of the folder's distributions, each name once."""
     found = {path.name: path for path in sorted(folder.glob("*/tests/data/fmt-*"))}
+    if not found:
+        raise ValueError(f"Expected a folder of unpacked distributions with tests/data/fmt-* files. Received: {folder}")
     files = []
     for path in progress(list(found.values()), "files"):
         entry: dict[str, Any] = {"file": path.name, "curves": [], "nanite": []}

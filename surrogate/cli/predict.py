@@ -79,6 +79,8 @@ def predict(
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
+    if source is not None and out is not None and source.absolute() == out.absolute():
+        raise ValueError(f"Expected --out to be another file than --in, which stays as it is. Received: {out} for both")
     table = asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:

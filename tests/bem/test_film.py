@@ -9,6 +9,7 @@ import bem
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid
 from bem.discretisation.influence import influence_matrix
 from bem.film import draw_filmstrip, require_film
+from bem.lab import Setup
 from bem.profiles import moments
 from bem.tractions import traction
 
@@ -143,3 +144,21 @@ def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(ValueError, match="file needs ffmpeg"):
         require_film("contact.mp4")
+
+
+def test_a_filmstrip_in_si_units_is_the_same_picture_in_metres_newtons_and_seconds():
+    setup = Setup(radius="50um", work_of_adhesion="50mJ/m2", relaxed_modulus="2MPa")
+    protocol = setup.protocol(peak_indentation="1um", loading_rate="2um/s", unloading_rate="2um/s")
+    found = bem.simulate(setup.scene(), protocol, "draft", profiles=12)
+    own, si = draw_filmstrip(found), draw_filmstrip(found, setup)
+    labels = {one.get_xlabel() for one in si.axes} | {one.get_ylabel() for one in si.axes}
+    assert {"radius (µm)", "height (µm)", "force (µN), tension positive", "traction (kPa)"} <= labels
+    scales = (
+        (1e6 * setup.contact_radius_scale, 1e6 * setup.gap),
+        (1.0, 1e6 * setup.force_scale),
+    )
+    panels = len(own.axes) - 2  # the force history comes first, the bar of colours last
+    for number, factors in ((1, scales[0]), (panels, scales[0]), (0, scales[1])):
+        drawn, expected = (figure.axes[number].lines[-1 if number else 1].get_xydata() for figure in (si, own))
+        np.testing.assert_allclose(drawn, expected * factors, rtol=1e-9, atol=1e-12)
+    assert next(text.get_text() for text in si.axes[0].get_xticklabels()) == "0 s"

@@ -50,9 +50,11 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
     ("words", "said"),
     [
         (["lab_files"], "Missing option '--folder'"),
+        (["lab_files", "--folder", "no/such"], "Expected a folder of unpacked distributions"),
         (["dataset_statistics", "--architecture", "a.py"], "No such option: --architecture"),
         (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
         (["model_comparison", "--dataset", "no/file.h5"], "data set 'no/file.h5' not found"),
+        (["amortisation", "--accuracy-cost", "README.md"], "result file 'README.md' must be JSON (Expecting value"),
         (["amortisation", "--accuracy-cost", "no.json"], "'no.json' not found; `make measure-accuracy-cost` makes it"),
     ],
 )

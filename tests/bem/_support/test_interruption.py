@@ -224,6 +224,24 @@ def test_control_c_ends_a_command_in_one_line(number, wait, tmp_path):
     assert took is None or took < LATEST
 
 
+def test_control_c_ends_the_processes_of_a_map_too(tmp_path):
+    place, time_of = np.concatenate([np.linspace(-1e-6, 1e-6, 400), np.linspace(1e-6, -1e-6, 400)]), np.arange(800.0)
+    table = np.column_stack([time_of, place, -1e-4 * np.maximum(place, 0.0) ** 1.5])
+    table[:, 2] += 1e-16 * np.random.default_rng(0).standard_normal(800)
+    for number in range(400):
+        np.savetxt(tmp_path / f"{number}.csv", table, delimiter=",", header="time (s),indentation (m),force (N)")
+    curves = " ".join(f"OUT/{number}.csv" for number in range(400))
+    process = begin(f"-m bem fit-map {curves} --radius 5um --jobs 2 --out OUT/map.csv", tmp_path)
+    while process.poll() is None and not (tmp_path / "map.csv").is_file():
+        time.sleep(0.05)
+    time.sleep(3.0)  # by then both have begun
+    os.killpg(process.pid, signal.SIGINT)
+    # Its processes have the pipes, which close when the last one ends.
+    _, errors = process.communicate(timeout=60.0)
+    assert process.returncode == 130, errors
+    assert errors.splitlines()[-1].startswith("bem: interrupted; the curves fitted so far are kept in")
+
+
 @pytest.mark.slow
 def test_control_c_ends_any_command_at_any_instant_in_one_line(tmp_path):
     seconds = []

@@ -92,8 +92,8 @@ def test_feature_sets_change_the_input_only(features):
 
 
 def test_unknown_names_list_the_known():
-    with pytest.raises(ValueError, match=r"M1-concat, M1-FiLM, .*M6-gated.*name='M7-concat'"):
-        surrogate.build("M7-concat")
+    with pytest.raises(ValueError, match=r"M1-concat, M1-FiLM, .*M6-gated.*name='M99-concat'"):
+        surrogate.build("M99-concat")
     with pytest.raises(ValueError, match=r"A, B, C, D, E, F.*features='G'"):
         surrogate.build("M1-concat", features="G")
 

@@ -62,6 +62,10 @@ def test_files_in_and_out(command, published, tmp_path):
     expected = surrogate.load("M1-concat", published).predict(
         scenes([1.0, 2.0]), [LoadingProtocol(**{key: row[key] for key in PROTOCOL}) for row in given]
     )
+    before = (tmp_path / "in.csv").read_bytes()
+    code, _, error = command("predict", "M1-concat", "--in", tmp_path / "in.csv", "--out", tmp_path / "in.csv")
+    assert (code, "Expected --out to be another file than --in" in error) == (2, True)
+    assert (tmp_path / "in.csv").read_bytes() == before
     for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
         assert (one["force"], one["hysteresis"], one["extrapolated"]) == (two.force.tolist(), two.hysteresis, [])
     table = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
