@@ -257,7 +257,8 @@ class Fitted:
         # Generalised least squares end beside these: what the parameters take up of the whitened residuals goes.
         columns = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
         rest = white[:, -1] - columns @ np.linalg.lstsq(columns, white[:, -1], rcond=1e-10)[0]
-        return float(judge.independent * np.log(max(np.mean(rest**2), 1e-300)) + freedoms * np.log(judge.independent))
+        variance = np.mean(rest**2) + self.problem.data.exact**2
+        return float(judge.independent * np.log(variance) + freedoms * np.log(judge.independent))
 
     def white(self, residuals: FloatArray) -> FloatArray:
         """Residuals (n, ...) without the correlation of this fit's: shorter by its reach."""
@@ -280,8 +281,8 @@ class Fitted:
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
         if self.problem.data.white:
             count = float(np.count_nonzero(self.counted))
-            before, after = (max(float(np.linalg.norm(each)), 1e-300) for each in (self.residuals, rest))
-            gained = 2.0 * count * np.log(before / after)
+            before, after = (float(each @ each) + count * self.problem.data.exact**2 for each in (self.residuals, rest))
+            gained = count * np.log(before / after)
         else:
             other = dataclasses.replace(self, residuals=rest, jacobian=both)
             count, gained = other.independent, self.criterion(other) - other.criterion(other)
