@@ -147,6 +147,7 @@ def test_a_function_with_parameters_states_what_it_returns():
     assert not silent
 
 
+@pytest.mark.slow
 def test_the_site_builds_without_a_broken_link(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
     words = ("-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path)

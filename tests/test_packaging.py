@@ -81,7 +81,9 @@ def test_the_extras_and_ranges_are_in_the_metadata(site):
     assert any(line.startswith("onnxruntime") and "extra" not in line for line in required)
 
 
-@pytest.mark.parametrize("name", ["M1-concat", *sorted(path.name for path in PRETRAINED.glob("*"))])
+@pytest.mark.parametrize(
+    "name", ["fast", *(pytest.param(one, marks=pytest.mark.slow) for one in ("M1-concat", "accurate"))]
+)
 def test_an_installation_predicts_from_anywhere(site, tmp_path, name):
     files = {path.name for path in (site / "surrogate" / "models" / name).iterdir()}
     assert files >= (set(FILES) if name != "M1-concat" else MODEL)

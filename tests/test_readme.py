@@ -33,7 +33,7 @@ def test_the_solver_examples_print_what_they_say(capsys):
     assert printed(examples, capsys) == said
 
 
-@pytest.mark.parametrize("program", ["bem", "surrogate"])
+@pytest.mark.parametrize("program", [pytest.param("bem", marks=pytest.mark.slow), "surrogate"])
 def test_the_first_commands_draw_their_pictures(program, tmp_path):
     command, picture = re.findall(rf"^\.venv/bin/{program} (.* --plot (\S+))$", README, flags=re.MULTILINE)[0]
     assert (ROOT / "docs/images" / picture).is_file()

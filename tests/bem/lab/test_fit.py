@@ -158,7 +158,9 @@ def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_int
     assert sum(inside) >= 8
 
 
-@pytest.mark.parametrize(("share", "end"), [(0.01, 2000), (0.05, 2000), (-0.03, 1200)])
+@pytest.mark.parametrize(
+    ("share", "end"), [(0.01, 2000), pytest.param(0.05, 2000, marks=pytest.mark.slow), (-0.03, 1200)]
+)
 def test_a_drift_in_time_is_not_taken_for_relaxation(share, end):
     """Without a second baseline it looks like relaxation, or like less than none: the power law ends at its bound."""
     curve, setup, truth = closed_form("hertz", [0, 5], noise=0.005)
@@ -364,7 +366,10 @@ def test_residuals_that_chance_may_explain_are_named_and_do_not_hide_in_the_pict
     assert "points beyond" in (tmp_path / "fit.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("seed", "number"), [(0, 7), (0, 10), (7, 12)])
+@pytest.mark.parametrize(
+    ("seed", "number"),
+    [(0, 7), pytest.param(0, 10, marks=pytest.mark.slow), pytest.param(7, 12, marks=pytest.mark.slow)],
+)
 def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
     # The forces alone leave the search where its jump is several samples from the measured one.
     curve, setup, truth = drawn_curve("stage", seed, number)
@@ -376,6 +381,7 @@ def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
 NOWHERE = {"contact_point": 0.0, "force_offset": 0.0}
 
 
+@pytest.mark.slow
 def test_small_forces_and_many_points_leave_no_bias():
     changes = {"radius": 5e-6, "work_of_adhesion": 5e-4, "relaxed_modulus": 2e4, "retardation_time": 0.2}
     path = {"peak_indentation": 4e-7, "dwell_time": 1.0, "start_indentation": -9e-7}

@@ -45,6 +45,7 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
     assert found["map"]["fitted"] == found["map"]["curves"] == 4
 
 
+@pytest.mark.slow
 def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(lab_coverage, "PIXELS", 1)
     settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}

@@ -52,6 +52,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
     # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
     monkeypatch.setattr("surrogate.build", build_tiny)

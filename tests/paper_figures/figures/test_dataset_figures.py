@@ -13,6 +13,7 @@ from paper_figures.style.writing import Table, number
 from paper_figures.tables import table_protocols_dataset
 
 
+@pytest.mark.slow
 def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp_path):
     for run in "ab":
         save(figure_2.compose(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)

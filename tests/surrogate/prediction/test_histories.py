@@ -24,6 +24,7 @@ def write(path, times, indentations):
     return path
 
 
+@pytest.mark.slow
 def test_a_noisy_history_predicts_about_as_well_as_its_protocol():
     data, model = TrajectoryDataset.load(DATASET), surrogate.load("M1-concat")
     chosen = data.split().test[:40]

@@ -147,6 +147,7 @@ def test_the_clock_starts_with_the_history(name, stirred, history):
     np.testing.assert_allclose(late, base, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_step_allocates_nothing_that_stays(model):
     stream = model.stream(scene(1.0))
     stream.step(-1.0, -(np.pi ** (2 / 3)))

@@ -80,7 +80,7 @@ def require_same(one, other):
         np.testing.assert_array_equal(value, expected[name], err_msg=name)
 
 
-@pytest.mark.parametrize(("below", "before"), [(0.29, 0), (0.1, 1)])
+@pytest.mark.parametrize(("below", "before"), [(0.29, 0), pytest.param(0.1, 1, marks=pytest.mark.slow)])
 def test_an_interrupted_training_on_a_plateau_is_the_same(below, before, on_a_plateau, tiny):
     """After an epoch of a lower rate; and as soon as the rate is halved, near its minimum, while the error stays."""
     run, folder, whole = on_a_plateau
@@ -90,6 +90,7 @@ def test_an_interrupted_training_on_a_plateau_is_the_same(below, before, on_a_pl
     require_same(parts, folder / "whole")
 
 
+@pytest.mark.slow
 def test_steps_around_the_largest_force_weigh_more(dataset, tmp_path):
     force = np.zeros((2, 10, 1))
     force[0, 1], force[1, 6] = 1.0, 2.0
@@ -104,7 +105,15 @@ def test_steps_around_the_largest_force_weigh_more(dataset, tmp_path):
     assert much != pytest.approx(plain, rel=1e-2)
 
 
-@pytest.mark.parametrize("table", [COSINE, "weight_average = 0.5\n", "dropout_until = 0.5\n", "peak_weight = 4.0\n"])
+@pytest.mark.parametrize(
+    "table",
+    [
+        COSINE,
+        "weight_average = 0.5\n",
+        "dropout_until = 0.5\n",
+        pytest.param("peak_weight = 4.0\n", marks=pytest.mark.slow),
+    ],
+)
 def test_an_interrupted_training_is_the_same(table, least, dataset, tmp_path):
     run = run_of(dataset, tmp_path, table, epochs=4)
     assert execute(run, tmp_path / "whole").finished

@@ -55,7 +55,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path
     assert np.all(again[:, -1, 0] != model.bands.quantiles[:, -1, 0])
 
 
-@pytest.mark.parametrize("kind", ["dense", "LSTM"])
+@pytest.mark.parametrize("kind", ["dense", pytest.param("LSTM", marks=pytest.mark.slow)])
 def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path, kind):
     networks = ((kind, (6,)),)
     first = train(data, tmp_path / "first", networks=networks * 2)
