@@ -224,7 +224,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place ways-to-call inverse-problem \
 	lab-coverage stream-latency limits
-measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but soak, large-tabor, contact-ticks, lab-files and peers
+measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
 
 ##@ Development
 

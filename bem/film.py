@@ -46,6 +46,7 @@ class _Units:
         self.time, self.corner, self.instant = setup.time_scale, EngFormatter("s"), EngFormatter("s", places=2)
         self.labels["time"] = self.labels["time"].replace(TIME_LABEL, "time")
         for name, unit, scale, values in (
+            # Without a contact the radius of the picture is about one beta.
             ("radius", "m", setup.contact_radius_scale, np.append(trajectory.contact_radius, 1.0)),
             ("height", "m", setup.gap, profiles.indentation),
             ("force", "N", setup.force_scale, trajectory.force),

@@ -139,7 +139,7 @@ def simulate_si(
         write(outputs, csv, curve.write)
         shown_first: Any = "indentation" if of_forces else "force"
         write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
-        if filmstrip or animate:
+        if filmstrip or animate:  # a force curve has no profiles
             contact = run(setup.scene(), protocol, parse_accuracy(accuracy), profiles=arguments.FRAMES)
             write(outputs, filmstrip, lambda part: contact.filmstrip(part, setup))
             write(outputs, animate, lambda part: contact.animate(part, setup))

@@ -70,10 +70,10 @@ def multiplications(content: bytes, steps: int) -> int:
     for node in graph.node:
         if node.op_type == "LSTM":  # W and R, once a step
             total += steps * sum(math.prod(weights[name]) for name in node.input[1:3])
-        elif node.op_type in ("MatMul", "Gemm", "Conv"):
-            for name in (name for name in node.input[1:2] if name in weights):
-                columns = weights[name][0 if node.op_type == "Conv" else -1]
-                total += math.prod(sizes[node.output[0]]) * math.prod(weights[name]) // columns
+        elif node.op_type in ("MatMul", "Gemm", "Conv") and node.input[1] in weights:
+            shape = weights[node.input[1]]
+            outputs = shape[0 if node.op_type == "Conv" else -1]
+            total += math.prod(sizes[node.output[0]]) * math.prod(shape) // outputs
     return total
 
 
@@ -93,9 +93,9 @@ def in_browser(
         for number, (name, content) in enumerate(contents.items()):
             path = Path(folder, f"{number}.onnx")
             path.write_bytes(content)
+            given = inputs[name].items()
             rows = [
                 {key: {"values": values[row].ravel().tolist(), "dims": [1, *values.shape[1:]]} for key, values in given}
-                for given in [inputs[name].items()]
                 for row in range(len(inputs[name]["tabor"]))
             ]
             files.append({"path": str(path), "inputs": rows})
@@ -107,14 +107,13 @@ def in_browser(
     return found["version"], dict(zip(contents, found["answers"], strict=True))
 
 
-def facts(model: Surrogate, content: bytes, hidden: Hidden, answer: dict[str, Any]) -> dict[str, float]:
-    """What is published of one model.
+def facts(model: Surrogate, content: bytes, given: dict[str, np.ndarray], answer: dict[str, Any]) -> dict[str, float]:
+    """What is published of one model, from its file, the inputs and the browser's answer.
 
     Raises:
         RuntimeError: The browser's forces differ from Python's.
     """
-    given = inputs_of(model, hidden)
-    solids = scenes(hidden.quantities["tabor"], given.get("modulus_ratio", MODULUS_RATIO))
+    solids = scenes(given["tabor"], given.get("modulus_ratio", MODULUS_RATIO))
     expected = model.predict_history(given["times"], given["indentations"], solids)
     differs = np.abs(np.array(answer["forces"]) - expected).max(axis=1) / np.ptp(expected, axis=1)
     if not differs.max() <= AGREEMENT:
@@ -141,6 +140,7 @@ def study(
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}
     hidden = Hidden.draw(count, MODULUS_RATIO)
     contents = {name: whole_file(one) for name, one in models.items()}
-    version, answers = in_browser(contents, {name: inputs_of(one, hidden) for name, one in models.items()}, chromium)
-    found = {name: facts(one, contents[name], hidden, answers[name]) for name, one in models.items()}
+    inputs = {name: inputs_of(one, hidden) for name, one in models.items()}
+    version, answers = in_browser(contents, inputs, chromium)
+    found = {name: facts(one, contents[name], inputs[name], answers[name]) for name, one in models.items()}
     return {"count": count, "browser": f"Chromium {version}", "models": found}

@@ -1,6 +1,5 @@
 import subprocess
 
-import numpy as np
 import pytest
 
 import surrogate
@@ -27,21 +26,17 @@ def test_multiplications_are_those_of_the_layers(name):
         assert 0.97 * weights < found / steps < weights
 
 
-def answer(model):
-    times, indentations = (exported_files.inputs_of(model, HIDDEN)[key] for key in ("times", "indentations"))
-    solids = exported_files.scenes(HIDDEN.quantities["tabor"], 0.1)
-    return {"milliseconds": [3.0, 1.0, 2.0], "forces": model.predict_history(times, indentations, solids).tolist()}
-
-
 def test_facts_of_a_file_whose_forces_are_those_of_python():
     model = surrogate.load("fast")
-    content, said = exported_files.whole_file(model), answer(model)
-    found = exported_files.facts(model, content, HIDDEN, said)
+    content, given = exported_files.whole_file(model), exported_files.inputs_of(model, HIDDEN)
+    forces = model.predict_history(given["times"], given["indentations"], exported_files.scenes(given["tabor"], 0.1))
+    said = {"milliseconds": [3.0, 1.0, 2.0], "forces": forces}
+    found = exported_files.facts(model, content, given, said)
     assert (found["milliseconds"], found["difference"], found["file_bytes"]) == (2.0, 0.0, len(content))
     assert 0.99 * len(content) > 4 * found["weights"] > 0.9 * len(content)
-    said["forces"][1] = (1.01 * np.array(said["forces"][1])).tolist()
+    forces[1] *= 1.01
     with pytest.raises(RuntimeError, match=r"forces of fast in the browser differ by \d.\de-0[23]"):
-        exported_files.facts(model, content, HIDDEN, said)
+        exported_files.facts(model, content, given, said)
 
 
 def test_a_browser_that_fails_is_named_with_its_own_words(monkeypatch):
