@@ -19,6 +19,7 @@ from bem.cli import arguments, campaign, lab
 from bem.cli.arguments import STILL_ATTACHED, Adhesion, File, Indenter, Material, Number, Text, option, write
 
 app = typer.Typer(
+    cls=lab.UnitGroup,
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
     "indentation in h0, time in retardation times, force in pi R dgamma (tension positive).",
     no_args_is_help=True,
@@ -67,6 +68,9 @@ def simulate(
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
     """
+    import numpy as np
+
+    from bem._support.text_files import plain
     from bem.plots import title_of
     from bem.protocol import ForceProtocol, LoadingProtocol
     from bem.solver.simulation import simulate as run
@@ -82,23 +86,28 @@ def simulate(
     with Outputs(csv, plot, filmstrip, animate) as outputs:
         profiles = arguments.FRAMES if filmstrip or animate else None
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)
-        write(outputs, csv, lambda part: write_csv(trajectory, part))
+        arrays = {name: column.values for name, column in trajectory.columns().items() if name != "unloading"}
+
+        def tabulated(part: Path) -> None:
+            table = np.column_stack(list(arrays.values()))
+            np.savetxt(part, table, delimiter=",", header=",".join(arrays), comments="", fmt="%.10g")
 
         def plotted(part: Path) -> None:
             trajectory.plot(title=title_of(scene, protocol)).savefig(part, dpi=150)
 
+        write(outputs, csv, tabulated)
         for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
             if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
                 typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
             else:
                 write(outputs, path, draw)
-    typer.echo(to_json(trajectory) if as_json else readable(trajectory))
+    typer.echo(json.dumps(plain(trajectory.summary() | arrays)) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)
 
 
-lab.register(app)
-for command in (campaign.campaign, campaign.merge, campaign.verify):
+app.command("simulate-si")(lab.simulate_si)
+for command in (lab.fit, lab.fit_map, campaign.campaign, campaign.merge, campaign.verify):
     app.command()(command)
 
 
@@ -119,28 +128,6 @@ def compile_kernels() -> None:
 def app_main() -> None:
     """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
     run_command(app, "bem")
-
-
-def write_csv(trajectory: Any, path: Path) -> None:
-    """Write the arrays as comma-separated columns with a header."""
-    import numpy as np
-
-    names = arrays_of(trajectory)
-    table = np.column_stack([getattr(trajectory, name) for name in names])
-    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.10g")
-
-
-def to_json(trajectory: Any) -> str:
-    """Summary and arrays as JSON; NaN, which JSON does not have, becomes null."""
-    from bem._support.text_files import plain
-
-    return json.dumps(plain(trajectory.summary() | {name: getattr(trajectory, name) for name in arrays_of(trajectory)}))
-
-
-def arrays_of(trajectory: Any) -> tuple[str, ...]:
-    """Names of the arrays that are written; the stage has one of its own where a spring holds the sphere."""
-    arrays = ("time", "indentation", "force", "contact_radius")
-    return arrays if trajectory.spring is None else (*arrays, "stage")
 
 
 def readable(trajectory: Any) -> str:

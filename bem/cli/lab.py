@@ -64,14 +64,6 @@ class UnitGroup(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to an application."""
-    app.info.cls = UnitGroup
-    app.command("simulate-si")(simulate_si)
-    app.command("fit")(fit_curve)
-    app.command("fit-map")(fit_curves)
-
-
 def simulate_si(
     radius: Radius,
     work_of_adhesion: Annotated[str, option("e.g. 50mJ/m2; a plain number is in J/m2.")],
@@ -168,7 +160,7 @@ def simulate_si(
     typer.echo("\n".join(f"{name:16} {text}" for name, text in lines.items()))
 
 
-def fit_curve(
+def fit(
     curve: Annotated[list[Path], typer.Argument(help="The measured curve; approach and retract may be two files.")],
     radius: Radius,
     stiffness: Stiffness = None,
@@ -200,7 +192,8 @@ def fit_curve(
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
     from bem.lab.curve import ForceCurve
-    from bem.lab.fitting import fit, guess_setup
+    from bem.lab.fitting import fit as run
+    from bem.lab.fitting import guess_setup
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
@@ -209,20 +202,19 @@ def fit_curve(
     known = {name: value for name, value in known.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     with one_sentence("bem"), Outputs(out, plot) as outputs:
-        how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "number": number}
-        how |= {"sensitivity": sensitivity}
-        measured = ForceCurve.read(curve[0] if len(curve) == 1 else curve, **how)
+        how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
+        measured = ForceCurve.read(curve, force_sign=force_sign, **how)
         start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **known)
         options = {"model": model, "segment": segment, "within": _range(within), "weight_near": weight_near}
         with _progress() as report:
-            result = fit(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
+            result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write(outputs, out, lambda part: part.write_text(text, encoding="utf-8"))
         write(outputs, plot, result.plot)
     typer.echo(result.summary())
 
 
-def fit_curves(
+def fit_map(
     curves: Annotated[list[Path], typer.Argument(help="Force maps and other files of one or more curves.")],
     radius: Radius,
     out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
@@ -244,7 +236,8 @@ def fit_curves(
 
     Example: bem fit-map map.jpk-force-map --radius 2.5um --out map.csv --plot map.png
     """
-    from bem.lab.maps import QUANTITIES, fit_map, plot_map
+    from bem.lab.maps import QUANTITIES, plot_map
+    from bem.lab.maps import fit_map as run
 
     require_suffix(out, (".csv",))
     require_suffix(plot, IMAGES)
@@ -252,12 +245,11 @@ def fit_curves(
         raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}; received {shown(quantity)}")
     say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
     solid = _solid(material, None, poisson_ratio, None)
-    known = {"radius": radius, "poisson_ratio": solid["poisson_ratio"], "material": solid["material"]}
-    known["half_angle"] = half_angle
+    known = {"radius": radius, "half_angle": half_angle} | {name: solid[name] for name in ("poisson_ratio", "material")}
     how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "jobs": jobs, "sensitivity": sensitivity}
     options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
-        rows = fit_map(curves, out, report=bar, **known, **how, **options)
+        rows = run(curves, out, report=bar, **known, **how, **options)
         write(outputs, plot, lambda part: plot_map(rows, part, quantity))
     reasons = Counter(row["reason"].partition(";")[0] for row in rows if row["reason"])
     fitted = Counter(row["model"] if row["adequate"] == "yes" else "no adequate model" for row in rows if row["model"])

@@ -186,11 +186,6 @@ class Setup:
         return float(np.cbrt(self.radius**2 * self.work_of_adhesion / self.contact_modulus))
 
     @property
-    def speed_scale(self) -> float:
-        """h0 per retardation time, in m/s."""
-        return self.indentation_scale / self.time_scale
-
-    @property
     def regime(self) -> str:
         """The limit of elastic theory this contact is near, by the physical Tabor parameter."""
         if self.physical_tabor >= 5.0:
@@ -200,7 +195,7 @@ class Setup:
     @property
     def stiffness_scale(self) -> float:
         """The stiffness pi R dgamma / h0, in N/m."""
-        return self.force_scale / self.indentation_scale
+        return self.force_scale / self.gap
 
     def scene(self) -> Scene:
         """The contact in the solver's units."""
@@ -233,11 +228,12 @@ class Setup:
             start = to_si("start_indentation", start_indentation, "length") / self.gap
         elif self.stiffness is not None:
             start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
+        speed = self.gap / self.time_scale
         quantities = {
             "peak_indentation": to_si("peak_indentation", peak_indentation, "length") / self.gap,
-            "loading_rate": to_si("loading_rate", loading_rate, "speed") / self.speed_scale,
+            "loading_rate": to_si("loading_rate", loading_rate, "speed") / speed,
             "dwell_time": to_si("dwell_time", dwell_time, "time") / self.time_scale,
-            "unloading_rate": to_si("unloading_rate", unloading_rate, "speed") / self.speed_scale,
+            "unloading_rate": to_si("unloading_rate", unloading_rate, "speed") / speed,
         }
         try:
             protocol = LoadingProtocol(**quantities, start_indentation=start)
@@ -336,20 +332,19 @@ class Setup:
                 EffectiveRangeWarning,
                 stacklevel=3,
             )
-        interval, radius = getattr(trajectory, "pull_off_interval", None), trajectory.contact_radius
-        said: dict[str, Any] = {
-            name: getattr(trajectory, name) for name in ("detached", "model", "coverage") if hasattr(trajectory, name)
-        }
-        bands: dict[str, Any] = {name: getattr(trajectory, name, None) for name in ("force_lower", "force_upper")}
+        names = ("detached", "model", "coverage", "force_lower", "force_upper", "pull_off_interval")
+        found = {name: getattr(trajectory, name) for name in names if getattr(trajectory, name, None) is not None}
+        found |= {name: found[name] * self.force_scale for name in ("force_lower", "force_upper") if name in found}
+        if "pull_off_interval" in found:
+            found["pull_off_interval"] = tuple(end * self.force_scale for end in found["pull_off_interval"])
+        radius = trajectory.contact_radius
         curve = ForceCurve(
             time=trajectory.time * self.time_scale,
-            indentation=trajectory.indentation * self.indentation_scale,
+            indentation=trajectory.indentation * self.gap,
             force=trajectory.force * self.force_scale,
             contact_radius=radius * self.contact_radius_scale if np.all(np.isfinite(radius)) else None,
-            stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
-            pull_off_interval=interval and (interval[0] * self.force_scale, interval[1] * self.force_scale),
-            **said,
-            **{name: band * self.force_scale for name, band in bands.items() if band is not None},
+            stage=None if self.stiffness is None else trajectory.stage * self.gap,
+            **found,
         )
         return curve.with_sign(force_sign)
 

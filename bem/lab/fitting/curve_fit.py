@@ -33,7 +33,6 @@ from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
 from bem.materials import PronySeries
 
-ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
 AUTO = "auto"
 
 _ALIKE = 10.0  # difference of the criterion from which two models are told apart

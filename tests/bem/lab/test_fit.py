@@ -10,12 +10,14 @@ from bem import PronySeries
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
-from bem.lab.fitting import ALL, FitError, guess_setup, simulated
+from bem.lab.fitting import FitError, guess_setup, simulated
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from experiments.robustness.lab_coverage import drawn_curve
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time
+
+ALL = tuple(TRUTH)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +27,7 @@ def curve():
 
 @pytest.fixture(scope="module")
 def fitted(curve):
-    return fit(curve, guess_setup(curve, radius=50e-6), ALL)
+    return fit(curve, guess_setup(curve, radius=50e-6), accuracy="draft")
 
 
 def assert_near(result, truth, widths=1.0):
@@ -35,8 +37,10 @@ def assert_near(result, truth, widths=1.0):
         assert abs(result.values[name] - truth[name]) < widths * (high - low), name
 
 
-def test_all_six_parameters_are_found_inside_their_intervals(fitted):
-    assert set(fitted.values) == set(TRUTH) == set(fitted.intervals)
+def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_both_called_for(fitted):
+    assert (fitted.model, fitted.adequate) == ("solver", True)
+    assert [rung.model for rung in fitted.ladder] == ["hertz", "dmt", "jkr", "ting", "maugis", "solver"]
+    assert [*fitted.values] == [*fitted.intervals] == [*ALL, "tilt", "drag"]
     assert_near(fitted, TRUTH)
     assert all(low < fitted.values[name] < high for name, (low, high) in fitted.intervals.items())
     assert fitted.values["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
@@ -60,34 +64,26 @@ def test_the_summary_the_json_and_the_picture_say_it(fitted, tmp_path):
     found = json.loads(json.dumps(fitted.to_dict(), allow_nan=False))
     assert found["values"]["relaxed_modulus"] == fitted.values["relaxed_modulus"]
     assert found["units"]["work_of_adhesion"] == "J/m^2"
-    assert found["ladder"][0]["model"] == fitted.model == "solver"
+    assert found["ladder"][-1]["model"] == fitted.model == "solver"
     fitted.plot(tmp_path / "fit.png")
     assert (tmp_path / "fit.png").stat().st_size > 1000
 
 
-def test_a_curve_in_compression_gives_the_same_fit_in_its_own_sign(curve):
-    moved = curve.shifted(contact_point=TRUTH["contact_point"])
-    free = ("work_of_adhesion", "force_offset")
-    one, other = (fit(each, BEAD, free, accuracy="draft") for each in (moved, moved.with_sign("compression")))
+def test_a_curve_in_compression_gives_the_same_fit_in_its_own_sign():
+    curve, setup, _ = closed_form("jkr", 3)
+    one, other = (fit(each, setup, model="jkr") for each in (curve, curve.with_sign("compression")))
     assert other.values["work_of_adhesion"] == pytest.approx(one.values["work_of_adhesion"], rel=1e-9)
-    assert other.values["force_offset"] == pytest.approx(-one.values["force_offset"])
-    low, high = other.intervals["force_offset"]
-    assert low < other.values["force_offset"] < high
+    for name in ("force_offset", "tilt"):
+        assert other.values[name] == pytest.approx(-one.values[name])
+        assert other.intervals[name][0] < other.values[name] < other.intervals[name][1]
     np.testing.assert_allclose(other.curve.force, -one.curve.force)
-
-
-def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_both_called_for(curve):
-    result = fit(curve, guess_setup(curve, radius=50e-6), accuracy="draft")
-    assert (result.model, result.adequate) == ("solver", True)
-    assert [rung.model for rung in result.ladder] == ["hertz", "dmt", "jkr", "ting", "maugis", "solver"]
-    assert result.values["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
 
 
 @pytest.mark.parametrize("model", CLASSES)
 def test_each_class_of_closed_forms_is_recognised(model):
-    """Five curves a class: that nine truths of ten lie inside their intervals is one failure in thirty."""
+    """Three curves a class, of which few truths lie outside their intervals."""
     inside = []
-    for seed in range(5):
+    for seed in range(3):
         curve, setup, truth = closed_form(model, [seed, 11])
         result = fit(curve, setup)
         assert model in (result.model, *result.alike)
@@ -146,7 +142,7 @@ def test_what_an_elastic_rung_leaves_of_a_memory_is_not_taken_for_slow_noise(num
     assert fit(curve, setup).model == "solver"
 
 
-@pytest.mark.parametrize("correlation", [0.9, 0.93])
+@pytest.mark.parametrize("correlation", [pytest.param(0.9, marks=pytest.mark.slow), 0.93])
 def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_intervals(correlation):
     inside = []
     for seed in range(10):
@@ -199,7 +195,7 @@ def test_a_curve_almost_without_noise_needs_no_solver(name, noise):
 
 
 def test_no_adhesion_is_allowed_and_reported_as_zero():
-    for seed in range(6):
+    for seed in range(3):
         curve, setup, _ = closed_form("hertz", seed)
         assert fit(curve, setup).model == "hertz"
         one = fit(curve, setup, model="dmt")
@@ -251,11 +247,12 @@ def test_the_noise_is_that_of_the_points_that_count():
         assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
 
 
-def test_what_the_curve_does_not_determine_is_said(curve):
-    """A dwell far shorter than the retardation time shows no end of the relaxation."""
-    early = fit(curve, BEAD.replaced(retardation_time=1e5), ("relaxed_modulus", "modulus_ratio", "contact_point"))
-    starts = ("The curve does not determine", "The best", "The curve hardly", "No model")
-    assert any(text.startswith(starts) for text in early.sentences)
+def test_what_the_curve_does_not_determine_is_said():
+    curve, setup, _ = closed_form("dmt", 3)
+    said = fit(curve, setup, model="maugis", segment="approach").sentences
+    assert "The best tabor is at the end of its range, 0.02." in said
+    assert "The curve does not determine work_of_adhesion: a retraction up to detachment would." in said
+    assert any(text.startswith("The curve hardly tells tabor from contact_point (correlation 0.99") for text in said)
 
 
 RAMP = np.linspace(-1e-6, 1e-6, 300)
@@ -316,22 +313,21 @@ def test_guesses_are_near_and_what_is_known_is_kept(curve):
 
 
 def test_a_fit_knows_the_cantilever():
-    path = {"peak_indentation": 2.5e-6, "loading_rate": 8e-6, "unloading_rate": 8e-6, "start_indentation": -2.5e-6}
-    curve = measured(BEAD.replaced(stiffness=25.0), **path)
-    assert curve.stiffness == pytest.approx(25.0)
-    free = ("work_of_adhesion", "contact_point", "force_offset")
-    result = fit(curve, BEAD, free, accuracy="draft")
-    assert result.setup.stiffness == pytest.approx(25.0)
-    assert_near(result, TRUTH)
+    curve, known, truth = closed_form("jkr", 3)
+    setup, stiffness = known.replaced(stiffness=None), pytest.approx(known.stiffness)
+    result = fit(curve, setup, model="jkr")
+    assert curve.stiffness == stiffness
+    assert result.setup.stiffness == stiffness
+    assert_near(result, truth)
     np.testing.assert_allclose(result.curve.stage, curve.stage)
-    np.testing.assert_allclose(result.curve.indentation, result.curve.stage + result.curve.force / 25.0)
-    # It jumps into contact, as the sphere alone does not: without the cantilever the fit is worse.
+    np.testing.assert_allclose(result.curve.indentation, curve.stage + result.curve.force / known.stiffness, atol=1e-15)
+    # It jumps, as the sphere alone does not: without the cantilever the fit is worse.
     alone = ForceCurve(time=curve.time, indentation=curve.indentation, force=curve.force)
     assert alone.stiffness is None
-    assert fit(alone, BEAD, free, accuracy="draft").noise > 1.5 * result.noise
+    assert fit(alone, setup, model="jkr").misfit > 1.1 * result.misfit
     # A curve without a stage gives it by the setup's spring; one whose stage is the sphere has no spring.
     np.testing.assert_allclose(prescribed_path(alone, result.setup), curve.stage, atol=1e-18)
-    np.testing.assert_array_equal(prescribed_path(curve, BEAD), curve.indentation)
+    np.testing.assert_array_equal(prescribed_path(curve, setup), curve.indentation)
     rigid = ForceCurve(time=curve.time, indentation=curve.stage, force=curve.force, stage=curve.stage)
     assert rigid.stiffness is None
 
@@ -366,10 +362,8 @@ def test_residuals_that_chance_may_explain_are_named_and_do_not_hide_in_the_pict
     assert "points beyond" in (tmp_path / "fit.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("seed", "number"),
-    [(0, 7), pytest.param(0, 10, marks=pytest.mark.slow), pytest.param(7, 12, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "number"), [(0, 7), (0, 10), (7, 12)])
 def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
     # The forces alone leave the search where its jump is several samples from the measured one.
     curve, setup, truth = drawn_curve("stage", seed, number)
@@ -395,7 +389,7 @@ def test_a_soft_spring_jumps_from_afar_and_a_fast_memory_is_found():
     bead = BEAD.replaced(retardation_time=0.05, stiffness=3.0)
     path = {"peak_indentation": 1.5e-6, "loading_rate": 2e-5, "unloading_rate": 2e-5, "start_indentation": -6e-6}
     curve = measured(bead, 0.003, 5000, NOWHERE, 5e-4, dwell_time=0.2, **path)
-    result = fit(curve, guess_setup(curve, radius=50e-6), ALL)
+    result = fit(curve, guess_setup(curve, radius=50e-6), ALL, accuracy="draft")
     assert result.noise == pytest.approx(0.003 * np.ptp(curve.force), rel=0.1)
     assert result.values["retardation_time"] == pytest.approx(0.05, rel=0.3)
     assert result.values["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
