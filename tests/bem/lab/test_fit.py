@@ -184,7 +184,7 @@ def test_a_neck_as_long_as_the_baseline_is_contact():
 
 
 @pytest.mark.parametrize("name", ["hertz", "dmt", "jkr", "ting"])
-@pytest.mark.parametrize("noise", [1e-12, 1e-7, 1e-5])
+@pytest.mark.parametrize("noise", [1e-12, pytest.param(1e-7, marks=pytest.mark.slow), 1e-5])
 def test_a_curve_almost_without_noise_needs_no_solver(name, noise):
     """Where rounding and convergence were all that a model left, they were taken for adhesion and relaxation."""
     curve, setup, truth = closed_form(name, 2, noise=noise)

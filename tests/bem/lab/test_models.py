@@ -102,13 +102,6 @@ def test_a_row_of_elements_lets_go_and_is_pressed_again():
     assert force[time > 30.0].max() == pytest.approx(force[time < 1.1].max(), rel=0.01)
 
 
-def test_a_measured_path_becomes_few_straight_lines():
-    curve = measured()
-    times, depths = straight_lines(curve.time, curve.indentation)
-    assert times.size < 8
-    assert np.max(np.abs(np.interp(curve.time, times, depths) - curve.indentation)) < 1.1e-3 * np.ptp(curve.indentation)
-
-
 def test_a_corner_between_two_samples_is_where_the_lines_meet():
     time = np.linspace(0.0, 1.0, 101)
     path = np.minimum(2.0 * time, 1.0) - 3.0 * np.maximum(time - 0.7043, 0.0)
@@ -117,9 +110,12 @@ def test_a_corner_between_two_samples_is_where_the_lines_meet():
     np.testing.assert_allclose(places, [0.0, 1.0, 1.0, path[-1]], atol=1e-9)
 
 
-def test_the_solver_is_the_simulation_that_made_the_curve():
+def test_the_solver_follows_few_straight_lines_and_is_the_simulation_that_made_the_curve():
     clean = measured(noise=0.0)
     path = Path(clean.time, clean.indentation, BEAD)
+    times, depths = path.lines
+    assert times.size < 8
+    assert np.max(np.abs(np.interp(path.time, times, depths) - path.place)) < 1.1e-3 * np.ptp(path.place)
     tension = LADDER["solver"].tension(TRUTH, path, "standard")
     inside = np.abs(tension + TRUTH["force_offset"] - clean.force) < 0.02 * np.ptp(clean.force)
     assert np.mean(inside) > 0.99

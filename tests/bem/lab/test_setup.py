@@ -73,11 +73,6 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
             setup.predict(protocol, model=wrong)
 
 
-def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
-    series = TIP.replaced(material=PronySeries([0.4, 0.2], [0.01, 1.0]))
-    assert (series.time_scale, series.replaced(retardation_time=3.0).time_scale) == (1.0, 3.0)
-
-
 def test_an_elastic_soft_sphere_is_that_of_jkr_whatever_its_effective_range():
     forces = {}
     for largest in (2.0, 3.0):
@@ -132,6 +127,9 @@ def test_quantities_can_be_replaced():
     assert BEAD.replaced(modulus_ratio=0.5, radius=1e-5).material == StandardLinearSolid(0.5)
     assert BEAD.replaced(material=Elastic()).material == Elastic()
     assert TIP.replaced(stiffness=np.inf) == TIP
+    # The times of a Prony series are seconds unless a unit is given.
+    series = TIP.replaced(material=PronySeries([0.4, 0.2], [0.01, 1.0]))
+    assert (series.time_scale, series.replaced(retardation_time=3.0).time_scale) == (1.0, 3.0)
 
 
 @pytest.mark.parametrize(
