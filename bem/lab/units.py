@@ -10,7 +10,7 @@ import math
 import re
 from contextlib import suppress
 from numbers import Real
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 from bem._support.wording import shown
 
@@ -26,7 +26,6 @@ Quantity = float | str | WithUnit
 """What a user may give: a plain number in SI, text of a number and a unit, or a quantity of Pint."""
 
 ForceSign = Literal["tension", "compression"]
-SIGNS = ("tension", "compression")
 
 DIMENSIONS = {
     "length": ("m", "a length, such as '50 um'"),
@@ -69,7 +68,7 @@ _UNITS = {name: (size, exponents) for names, size, exponents in _TABLE for name 
 
 def require_sign(force_sign: str) -> None:
     """Raise a `ValueError` unless the sign is 'tension' or 'compression'."""
-    if force_sign not in SIGNS:
+    if force_sign not in get_args(ForceSign):
         raise ValueError(f"force_sign must be 'tension' or 'compression'; received {shown(force_sign)}")
 
 

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
 from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import SEGMENTS, Measurement, Segment, hertz_line, measurement_of
+from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
@@ -137,8 +138,8 @@ def require_options(
         raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
     if model in ("cone", "pyramid") and half_angle is None:
         raise ValueError("half_angle must be given for a cone or a pyramid; received None")
-    if segment not in SEGMENTS:
-        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
+    if segment not in get_args(Segment):
+        raise ValueError(f"segment must be one of {', '.join(get_args(Segment))}; received {shown(segment)}")
     if within is not None:
         _ends(within)
 

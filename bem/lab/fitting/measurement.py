@@ -22,7 +22,6 @@ from bem.reference_solutions import jkr
 
 MOST = 1500
 """Points that a longer curve is averaged to."""
-SEGMENTS = ("both", "approach", "retract")
 Segment = Literal["both", "approach", "retract"]
 
 _FAR = 0.5  # of the baseline, where attraction does not bend it yet

@@ -67,12 +67,11 @@ class Regression:
         columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
         self.length = np.linalg.norm(columns, axis=0)
         self.columns = columns / self.length
-        self.target = self.data.tension
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
         # What enters linearly, as the baselines show it: the first guess of where the contact is.
         far = self.data.far
-        self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.target[far], rcond=1e-6)[0]
+        self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.data.tension[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
         self.known: dict[tuple[bytes, Any], FloatArray] = {}
 
@@ -107,13 +106,13 @@ class Regression:
             tension, late = np.split(self.tension(x), [len(self)])
         except NoContactError:
             late = np.ones(sum(jump.out for jump in self.options.get("jumps", ())))
-            return np.full(len(self) + late.size, 1.0 + 2.0 * np.ptp(self.target) / self.data.noise)
+            return np.full(len(self) + late.size, 1.0 + 2.0 * np.ptp(self.data.tension) / self.data.noise)
         gone = np.isnan(tension)
         if self.model.adhesive:
             self._choose_span(tension)
         else:
             self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
-        found = np.append(self._solved(self.target - np.where(self.inside, tension, 0.0)), -late)
+        found = np.append(self._solved(self.data.tension - np.where(self.inside, tension, 0.0)), -late)
         # What is left out counts as noise, so that a search gains nothing by it.
         found[: len(self)][gone] = self.data.weights[gone]
         if self.report is not None:
@@ -181,7 +180,7 @@ class Regression:
 
     def _choose_span(self, tension: FloatArray) -> None:
         """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm)."""
-        outside = self.target - self.baseline
+        outside = self.data.tension - self.baseline
         for _ in range(2):
             gain = self.data.weights * (outside**2 - (outside - tension) ** 2)
             total = np.concatenate([[0.0], np.cumsum(gain)])
@@ -192,8 +191,8 @@ class Regression:
             self.weights = self.data.weights.copy()
             for edge in (begin, end):
                 self.weights[max(edge - 1, 0) : edge + 1] *= 0.0 if 0 < edge < len(self) else 1.0
-            self._solved(self.target - np.where(self.inside, tension, 0.0))
-            outside = self.target - self.columns @ self.coefficients
+            self._solved(self.data.tension - np.where(self.inside, tension, 0.0))
+            outside = self.data.tension - self.columns @ self.coefficients
 
 
 @dataclass(frozen=True, eq=False)

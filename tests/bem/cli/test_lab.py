@@ -88,6 +88,8 @@ OPTIONS = {
     "simulate": CONTACT | CYCLE | SOLID | {"csv": "a.csv"},
     "fit curve.csv": {"radius": "50e-6", "out": "fit.json", "plot": "fit.png"},
     "fit-map curve.csv": {"radius": "5um", "out": "m.csv"},
+    "campaign": {"count": "3", "out": "-"},
+    "merge a.h5": {"out": "-"},
 }
 
 
@@ -100,9 +102,12 @@ OPTIONS = {
         ("simulate", {"plot": "a.doc"}, "Expected an output file called .png"),
         ("simulate", {"force_sign": "up"}, "force_sign must be 'tension' or 'compression'"),
         ("simulate", {"largest_tabor": "50", "accuracy": "2e-5"}, "the simulation did not complete: not started"),
+        ("simulate", {"csv": "-"}, "which cannot be standard output; received -"),
+        ("campaign", {}, "Expected an output file called .h5 or .hdf5; received -"),
+        ("merge a.h5", {}, "Expected an output file called .h5 or .hdf5; received -"),
         ("fit curve.csv", {}, "the curve shows no contact"),
         ("fit curve.csv", {"plot": "a.txt"}, "Expected an output file called .png"),
-        ("fit curve.csv", {"out": "a.txt"}, "Expected an output file called .json"),
+        *(("fit curve.csv", {"out": name}, "Expected an output file called .json") for name in ("a.txt", "-")),
         ("fit curve.csv", {"material": "rubber"}, "or an entry of the materials library"),
         (
             *("fit curve.csv", {"material": "sylgard_184", "retardation_time": "1s"}),
@@ -121,9 +126,7 @@ OPTIONS = {
         ("fit-map curve.csv", {"material": "sls:0.3"}, "material must be one of Elastic(...), PronySeries(...)"),
     ],
 )
-def test_what_is_no_contact_measurement_or_map_is_one_sentence_and_writes_nothing(
-    tmp_path, monkeypatch, capsys, command, changes, message
-):
+def test_a_mistake_is_one_sentence_and_writes_nothing(tmp_path, monkeypatch, capsys, command, changes, message):
     monkeypatch.chdir(tmp_path)
     time = np.linspace(0.0, 1.0, 60)
     noise = 1e-9 * np.random.default_rng(0).standard_normal(60)
