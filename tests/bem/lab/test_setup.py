@@ -2,7 +2,6 @@
 
 import dataclasses
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
 from bem.plots import COLOURS
 from bem.reference_solutions import jkr
 from tests.bem.lab.measurement import BEAD
-from tests.bem.test_trajectory import trajectory_of
 
 AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}
 TIP = Setup(**AFM)
@@ -59,6 +57,14 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         np.testing.assert_array_equal(sign.force_lower, -curve.force_upper)
         assert sign.pull_off_interval == curve.pull_off_interval
     assert np.all(pressed.force_lower <= pressed.force_upper)
+    for drawn, scale in ((found, 1.0), (pressed, -setup.force_scale)):
+        loop = drawn.plot().axes[1]
+        across = loop.collections[0].get_paths()[0].vertices[:, 1]
+        ends = np.sort(scale * np.array([found.force_lower.min(), found.force_upper.max()]))
+        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-3)
+        assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
+        assert loop.lines[1].get_color() == COLOURS["fast"]
+        assert [line.get_marker() for line in loop.lines].count("o") == found.detached
     np.testing.assert_array_equal(curve.shifted(force_offset=1e-9).force_lower, curve.force_lower - 1e-9)
     assert curve.to_dataframe().attrs["units"]["force_lower"] == "N"
     wide = model.predict(setup.scene(), protocol, coverage=0.98).force_upper * setup.force_scale
@@ -203,31 +209,9 @@ def test_a_curve_in_newtons_is_drawn_as_a_trajectory_is():
     assert at[3] - at[2] > 0.15  # 10 ms of 1.31 s
     (mark,) = [line for line in loop.lines if line.get_marker() == "o"]
     assert mark.get_xydata()[0, 1] == curve.pull_off_force
-    assert [text.get_text().split()[0] for text in history.texts] == ["pull-off"]
-    uncertain = dataclasses.replace(curve, contact_radius=None, detached=None).with_sign("compression").plot().axes[0]
-    assert [text.get_text().split()[0] for text in uncertain.texts] == ["largest"]
-    assert "compression positive" in uncertain.get_ylabel()
-    attached = setup.protocol(peak_indentation=0.5e-6, start_indentation=0.3e-6, **speeds)
-    (words,) = setup.simulate(attached, "draft", check_range=False).plot().axes[0].texts
-    assert words.get_text().startswith("not detached; largest tension")
-
-
-def test_a_predicted_curve_in_newtons_is_drawn_as_the_prediction_is():
-    time = np.arange(4.0)
-    solved = trajectory_of(time, [-1.0, 1.0, 0.0, -1.0], [0.0, -1.0, 2.0, 0.0], unloading=time > 1)
-    solved = dataclasses.replace(solved, contact_radius=np.full(4, np.nan))
-    doubt = {"force_lower": solved.force - 0.1, "force_upper": solved.force + 0.3, "coverage": 0.8}
-    for name, value in (doubt | {"model": "fast"}).items():
-        object.__setattr__(solved, name, value)
-    model = SimpleNamespace(predict=lambda *_, **__: solved)
-    protocol = RELAXING.protocol(peak_indentation=1e-9, **SLOW)
-    curve = RELAXING.predict(protocol, model, check_range=False, force_sign="compression")
-    for axes, down in ((solved.plot().axes[1], 1.0), (curve.plot().axes[1], -1.0)):
-        (band,) = axes.collections
-        scale = down if down > 0.0 else down * RELAXING.force_scale
-        ends = np.sort(np.array([-1.1, 2.3]) * scale)
-        across = band.get_paths()[0].vertices[:, 1]
-        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
-        assert [text.get_text() for text in axes.get_legend().get_texts()] == ["fast", "80 % band"]
-        assert axes.lines[1].get_color() == COLOURS["fast"]
-        assert [line.get_marker() for line in axes.lines].count("o") == solved.detached
+    assert curve.detached
+    pressed, words = curve.with_sign("compression"), ("pull-off", "largest tension", "not detached; largest tension")
+    for detached, said in zip((True, None, False), words, strict=True):
+        ended = dataclasses.replace(pressed, contact_radius=None, detached=detached).plot().axes[0]
+        assert [text.get_text() for text in ended.texts] == [f"{said} 12.18 µN"]
+        assert "compression positive" in ended.get_ylabel()
