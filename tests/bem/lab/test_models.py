@@ -42,15 +42,12 @@ def test_a_model_declares_names_units_and_bounds(name):
 
 
 @pytest.mark.parametrize("name", [name for name in LADDER if name != "solver"])
-@pytest.mark.parametrize("stiffness", [None, 30.0])
-def test_a_spring_moves_the_contact_along_the_same_branch(name, stiffness):
+def test_a_spring_moves_the_contact_along_the_same_branch(name):
     """Behind a spring, the tension at a stage is that of the sphere at stage plus stretch."""
     time = np.linspace(0.0, 1.0, 1500)
     stage = np.linspace(-1e-6, 2e-6, 1500)
-    setup = SETUP if stiffness is None else SETUP.replaced(stiffness=stiffness)
-    tension = LADDER[name].tension(VALUES, Path(time, stage, setup))
-    depth = stage + (0.0 if stiffness is None else tension / stiffness)
-    alone = LADDER[name].tension(VALUES, Path(time, depth, SETUP))
+    tension = LADDER[name].tension(VALUES, Path(time, stage, SETUP.replaced(stiffness=30.0)))
+    alone = LADDER[name].tension(VALUES, Path(time, stage + tension / 30.0, SETUP))
     away = stage > 0.1e-6
     np.testing.assert_allclose(tension[away], alone[away], rtol=2e-3, atol=2e-3 * np.abs(alone).max())
 

@@ -61,7 +61,7 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         loop = drawn.plot().axes[1]
         across = loop.collections[0].get_paths()[0].vertices[:, 1]
         ends = np.sort(scale * np.array([found.force_lower.min(), found.force_upper.max()]))
-        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-3)
+        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
         assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
         assert loop.lines[1].get_color() == COLOURS["fast"]
         assert [line.get_marker() for line in loop.lines].count("o") == found.detached
@@ -120,13 +120,6 @@ def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
 def test_what_is_no_setup_is_one_sentence(changes, message):
     with pytest.raises(ValueError, match=message):
         TIP.replaced(**changes)
-
-
-def test_a_simulation_that_does_not_complete_gives_no_curve():
-    setup = ELASTIC_BEAD.replaced(largest_tabor=50.0, material=PronySeries([0.5], [1.0]))
-    protocol = setup.protocol(peak_indentation=1e-6, loading_rate=1e-6, unloading_rate=1e-6)
-    with pytest.raises(RuntimeError, match="the simulation did not complete: not started"):
-        setup.simulate(protocol, accuracy=2e-5)
 
 
 def test_quantities_can_be_replaced():
@@ -190,7 +183,7 @@ def test_a_weight_in_newtons():
 
 def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
     bead = ELASTIC_BEAD.replaced(stiffness=30.0)
-    assert bead.scene().spring == pytest.approx(30.0 / bead.stiffness_scale)
+
     pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
     assert bead.range_sensitivity(pulled) < 0.05
     pressed = bead.force_protocol(times=[0.0, 1.0, 5.0], forces=[0.0, -5e-6, -5e-6])
