@@ -28,7 +28,6 @@ VALUES = {
 @pytest.mark.parametrize("name", LADDER)
 def test_a_model_declares_names_units_and_bounds(name):
     model = LADDER[name]
-    assert model.name == name
     assert model.title
     for parameter in (*model.parameters, CONTACT_POINT):
         assert parameter.unit in UNITS
