@@ -7,16 +7,12 @@ import pytest
 
 from bem.lab import ForceCurve
 from experiments.robustness.lab_curves import write_map
-from tests.bem.lab.measurement import measured
+from tests.bem.lab.measurement import closed_form
 
 pytestmark = pytest.mark.filterwarnings("error")
 FORCE = "force (N)"
 ROW = "time (s),indentation (m),force (N)\n0,0,0\n"
-
-
-@pytest.fixture(scope="module")
-def curve():
-    return measured()
+CURVE = dataclasses.replace(closed_form("jkr", 3)[0], stage=None)
 
 
 def written(path, columns, delimiter=","):
@@ -33,27 +29,27 @@ def written(path, columns, delimiter=","):
         ("time_s", "indentation_um", "force_mN"),
     ],
 )
-def test_columns_name_their_units(tmp_path, curve, titles):
-    values = curve.time, 1e6 * curve.indentation, 1e3 * curve.force
+def test_columns_name_their_units(tmp_path, titles):
+    values = CURVE.time, 1e6 * CURVE.indentation, 1e3 * CURVE.force
     found = ForceCurve.read(written(tmp_path / "a.csv", dict(zip(titles, values, strict=True))))
     for name in ("time", "indentation", "force"):
-        np.testing.assert_allclose(getattr(found, name), getattr(curve, name), rtol=1e-9, atol=1e-18)
+        np.testing.assert_allclose(getattr(found, name), getattr(CURVE, name), rtol=1e-9, atol=1e-18)
 
 
 @pytest.mark.parametrize(
     "lines", ["# a note\n# another, with a comma\n{header}\n", "# a note\n# {header}\n", "{header}\n# a note\n"]
 )
-def test_comments_are_left_out_and_a_header_may_be_one(tmp_path, curve, lines):
-    curve.write(tmp_path / "a.csv")
+def test_comments_are_left_out_and_a_header_may_be_one(tmp_path, lines):
+    CURVE.write(tmp_path / "a.csv")
     header, rows = (tmp_path / "a.csv").read_text().split("\n", 1)
     (tmp_path / "b.csv").write_text(lines.format(header=header) + rows)
     np.testing.assert_array_equal(ForceCurve.read(tmp_path / "b.csv").force, ForceCurve.read(tmp_path / "a.csv").force)
 
 
-def test_the_sign_is_the_readers_choice_and_the_wrong_one_is_refused(tmp_path, curve):
-    columns = {"time (s)": curve.time, "indentation (m)": curve.indentation, FORCE: -curve.force}
+def test_the_sign_is_the_readers_choice_and_the_wrong_one_is_refused(tmp_path):
+    columns = {"time (s)": CURVE.time, "indentation (m)": CURVE.indentation, FORCE: -CURVE.force}
     path = written(tmp_path / "a.csv", columns)
-    np.testing.assert_allclose(ForceCurve.read(path, force_sign="compression").tension, curve.force, rtol=1e-9)
+    np.testing.assert_allclose(ForceCurve.read(path, force_sign="compression").tension, CURVE.force, rtol=1e-9)
     with pytest.raises(ValueError, match=r"grows with depth, which no contact does.*and should be 'compression'"):
         ForceCurve.read(path)
     # A soft cantilever: the indentation follows from the force, the displacement does not.
@@ -61,28 +57,27 @@ def test_the_sign_is_the_readers_choice_and_the_wrong_one_is_refused(tmp_path, c
         ForceCurve.read("examples/measured_tissue.csv", stiffness=0.010951)
 
 
-def test_displacement_of_the_stage_loses_what_the_spring_takes(tmp_path, curve):
-    stage = curve.indentation - curve.force / 40.0  # tension pulls the sphere towards the sample, beyond the stage
+def test_displacement_of_the_stage_loses_what_the_spring_takes(tmp_path):
+    stage = CURVE.indentation - CURVE.force / 40.0  # tension pulls the sphere towards the sample, beyond the stage
     for title, place, stiffness in (("displacement (m)", stage, "40 N/m"), ("height (m)", -stage, 40.0)):
-        path = written(tmp_path / "a.csv", {"time (s)": curve.time, title: place, FORCE: curve.force})
+        path = written(tmp_path / "a.csv", {"time (s)": CURVE.time, title: place, FORCE: CURVE.force})
         np.testing.assert_allclose(
-            ForceCurve.read(path, stiffness=stiffness).indentation, curve.indentation, atol=1e-15
+            ForceCurve.read(path, stiffness=stiffness).indentation, CURVE.indentation, atol=1e-15
         )
         with pytest.raises(ValueError, match="Expected the stiffness"):
             ForceCurve.read(path)
 
 
-def test_approach_and_retract_may_be_two_files_and_time_may_be_a_speed(tmp_path, curve):
-    half = int(np.argmax(curve.indentation)) + 1
-    columns = {"time (s)": curve.time, "indentation (m)": curve.indentation, FORCE: curve.force}
+def test_approach_and_retract_may_be_two_files_and_time_may_be_a_speed(tmp_path):
+    half = int(np.argmax(CURVE.indentation)) + 1
+    columns = {"time (s)": CURVE.time, "indentation (m)": CURVE.indentation, FORCE: CURVE.force}
     one = written(tmp_path / "1.csv", {title: values[:half] for title, values in columns.items()}, ";")
-    late = columns | {"time (s)": curve.time - curve.time[half]}
+    late = columns | {"time (s)": CURVE.time - CURVE.time[half]}
     two = written(tmp_path / "2.csv", {title: values[half:] for title, values in late.items()}, ";")
-    np.testing.assert_allclose(ForceCurve.read([one, two]).time, curve.time, atol=1e-9)
-    moving = np.append(True, np.diff(curve.indentation) != 0.0)
+    np.testing.assert_allclose(ForceCurve.read([one, two]).time, CURVE.time, atol=1e-9)
     del columns["time (s)"]
-    path = written(tmp_path / "3.csv", {title: values[moving] for title, values in columns.items()})
-    travelled = np.sum(np.abs(np.diff(curve.indentation)))
+    path = written(tmp_path / "3.csv", columns)
+    travelled = np.sum(np.abs(np.diff(CURVE.indentation)))
     assert ForceCurve.read(path, speed=2e-6).time[-1] == pytest.approx(travelled / 2e-6, rel=1e-6)
     for files, options, message in (
         (path, {}, "Expected a column time"),
@@ -95,10 +90,10 @@ def test_approach_and_retract_may_be_two_files_and_time_may_be_a_speed(tmp_path,
             ForceCurve.read(files, **options)
 
 
-def test_columns_of_other_names_are_told_apart(tmp_path, curve):
-    path = written(tmp_path / "a.csv", {"clock": curve.time, "h": curve.indentation, "F_n (N)": curve.force})
+def test_columns_of_other_names_are_told_apart(tmp_path):
+    path = written(tmp_path / "a.csv", {"clock": CURVE.time, "h": CURVE.indentation, "F_n (N)": CURVE.force})
     names = {"clock": "time (s)", "h": "indentation (m)", "F_n (N)": FORCE}
-    assert len(ForceCurve.read(path, columns=names)) == len(curve)
+    assert len(ForceCurve.read(path, columns=names)) == len(CURVE)
     wanted = r"Expected a column force, such as 'force \(nN\)'; received .* with no column of a known name"
     with pytest.raises(ValueError, match=wanted):
         ForceCurve.read(path)
@@ -141,12 +136,12 @@ def test_a_file_that_is_not_there_or_no_file(tmp_path):
             ForceCurve.read(path)
 
 
-def test_an_afm_file_is_read_through_afmformats(tmp_path, curve):
+def test_an_afm_file_is_read_through_afmformats(tmp_path):
     pytest.importorskip("afmformats")
-    write_map(tmp_path / "a.h5", [dataclasses.replace(curve, stage=curve.indentation - curve.force / 40.0)])
+    write_map(tmp_path / "a.h5", [dataclasses.replace(CURVE, stage=CURVE.indentation - CURVE.force / 40.0)])
     found = ForceCurve.read(tmp_path / "a.h5")
-    np.testing.assert_allclose(found.indentation, curve.indentation, atol=1e-12)
-    np.testing.assert_allclose(found.tension, curve.force, rtol=1e-6)
+    np.testing.assert_allclose(found.indentation, CURVE.indentation, atol=1e-12)
+    np.testing.assert_allclose(found.tension, CURVE.force, rtol=1e-6)
     # Its reader takes no spring constant; the force follows from the same deflection.
     stiffer = ForceCurve.read(tmp_path / "a.h5", stiffness=80.0)
     np.testing.assert_allclose(stiffer.tension, 2.0 * found.tension)
