@@ -186,6 +186,11 @@ class Setup:
         return float(np.cbrt(self.radius**2 * self.work_of_adhesion / self.contact_modulus))
 
     @property
+    def speed_scale(self) -> float:
+        """h0 per retardation time, in m/s."""
+        return self.indentation_scale / self.time_scale
+
+    @property
     def regime(self) -> str:
         """The limit of elastic theory this contact is near, by the physical Tabor parameter."""
         if self.physical_tabor >= 5.0:
@@ -228,12 +233,11 @@ class Setup:
             start = to_si("start_indentation", start_indentation, "length") / self.gap
         elif self.stiffness is not None:
             start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
-        speed = self.gap / self.time_scale
         quantities = {
             "peak_indentation": to_si("peak_indentation", peak_indentation, "length") / self.gap,
-            "loading_rate": to_si("loading_rate", loading_rate, "speed") / speed,
+            "loading_rate": to_si("loading_rate", loading_rate, "speed") / self.speed_scale,
             "dwell_time": to_si("dwell_time", dwell_time, "time") / self.time_scale,
-            "unloading_rate": to_si("unloading_rate", unloading_rate, "speed") / speed,
+            "unloading_rate": to_si("unloading_rate", unloading_rate, "speed") / self.speed_scale,
         }
         try:
             protocol = LoadingProtocol(**quantities, start_indentation=start)
