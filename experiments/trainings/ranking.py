@@ -25,7 +25,7 @@ import numpy as np
 from bem._support.text_files import read_json, read_toml
 from experiments.paper.error_statistics import read_errors
 from experiments.paper.model_comparison import REFERENCE, read_history
-from experiments.paper_numbers import paper_values
+from experiments.paper_numbers import paper_claims
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -251,7 +251,7 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
 
 def ranked() -> list[dict[str, Any]]:
     """The paper's claims that rank models."""
-    return [claim for claim in paper_values("claims")["claim"] if "ranking" in claim]
+    return [claim for claim in paper_claims() if "ranking" in claim]
 
 
 def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:

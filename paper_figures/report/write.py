@@ -136,7 +136,8 @@ def slips_section(results: Results) -> str:
         values = found.get(slip.get("name", ""), {})
         comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
         says, instead = (with_stated(slip[key]) for key in ("says", "instead"))
-        rows.append([slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to])
+        shown_by = slip.get("shown_by") or f"python -m experiments inconsistencies --only {slip['name']}"
+        rows.append([slip["place"], says, instead, f"`{shown_by}`", comes_to])
     table = markdown_table(["place", "the paper says", "instead", "shown by", "result"], rows)
     return f"## Inconsistencies of the paper\n\n{table}"
 
