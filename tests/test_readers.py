@@ -34,7 +34,7 @@ READERS = {
     "recipe.toml": ((MODEL / "recipe.toml").read_text(), Recipe.load),
     "scaling.json": ((MODEL / "scaling.json").read_text(), Scaling.load),
     "split.json": (json.dumps({"seed": 1, "train": [0, 1], "validation": [2], "test": [3]}), Split.load),
-    "study.toml": ("tabor = [1.0, 2.0]\nrates = [1, 2]\n", lambda path: read_config(path, "tabor", "rates")),
+    "study.toml": ("model = 'M1-concat'\nfit_within = 0.02\n", lambda path: read_config("persson_brener", path)),
 }
 AFM = ("curve.h5", "curve.ibw", "curve.zip", "curve.jpk-force", "curve.tab")
 HOSTILE = {

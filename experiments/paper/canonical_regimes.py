@@ -21,8 +21,6 @@ from experiments.paper_numbers import paper_rows
 if TYPE_CHECKING:
     from surrogate.prediction.predictor import Surrogate
 
-KEYS = ("model", "modulus_ratio", "accuracy")
-
 
 def regime(
     protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]

@@ -15,7 +15,6 @@ from experiments.common import ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
 
-KEYS = ("model",)
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
 

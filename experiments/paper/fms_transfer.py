@@ -16,8 +16,6 @@ from experiments.measurements.cases import Case, native, rows_of
 from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
 
-KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
-
 
 def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:
     """One protocol: the solver's trajectory, and the prediction and its error for each number of steps."""

@@ -22,7 +22,6 @@ from experiments import common
 from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
-KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
 CURVE_POINTS = 200
 LARGE = 1e12
 """A crack velocity, in l0 over the retardation time, at which the theory has reached its upper limit."""
