@@ -59,15 +59,9 @@ def rounded(values: np.ndarray) -> list[float]:
 
 
 def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.ndarray:
-    """Choose protocols that cover their box evenly.
+    """Choose `count` of protocols, the five quantities of shape (n,) by name, that cover their box evenly.
 
-    Args:
-        protocols: The five quantities by name, each of shape (n,).
-        count: Number of protocols to choose, from 1 to n.
-        seed: Seed of the Sobol sequence.
-
-    Returns:
-        Distinct indices into the arrays, of shape (count,), in the order of the sequence.
+    Returns distinct indices of shape (count,), in the order of the Sobol sequence of the seed.
 
     Raises:
         ValueError: `count` is not between 1 and n.

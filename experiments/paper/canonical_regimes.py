@@ -4,10 +4,8 @@ The seconds are those that `experiments.measurements.canonical_times` measured a
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +16,8 @@ from experiments import common
 from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
-if TYPE_CHECKING:
-    from surrogate.prediction.predictor import Surrogate
 
-
-def regime(
-    protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]
-) -> dict[str, Any]:
+def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], seconds: dict[str, float]) -> dict[str, Any]:
     """One row of the timing table: native history, measurement steps, prediction, scalars, errors and seconds."""
     from surrogate.data.metrics import hysteresis, nmae
 
