@@ -87,11 +87,7 @@ def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force:
 
 
 def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
-    """Simulate the protocol of an entry, and take its force at the steps of a grid.
-
-    Raises:
-        RuntimeError: The simulation did not complete.
-    """
+    """Simulate the protocol of an entry, and take its force at the steps of a grid."""
     protocol = curve["protocol"]
     trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
     return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times))
@@ -114,11 +110,7 @@ def other_solids(count: int) -> list[dict[str, Any]]:
 
 
 def contact(curve: dict[str, Any]) -> dict[str, Any]:
-    """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each.
-
-    Raises:
-        RuntimeError: The simulation did not complete.
-    """
+    """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each."""
     trajectory = Case.of(curve["protocol"]).simulated(ACCURACY, profiles=FRAMES)
     found = trajectory.profiles
     assert found is not None

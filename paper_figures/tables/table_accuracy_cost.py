@@ -1,8 +1,4 @@
-"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
-
-`make docs-numbers` also writes the second table into docs/cost.md. The tables read the measurement of
-`experiments.measurements.accuracy_cost`.
-"""
+"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error."""
 
 from typing import Any
 
