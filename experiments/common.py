@@ -9,7 +9,6 @@ import contextlib
 import json
 import os
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -85,14 +84,11 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Any:
     return load(model, models, backend=backend or ("onnx" if exported else "keras"))
 
 
-@contextlib.contextmanager
-def without_extrapolation_warnings() -> Iterator[None]:
+def without_extrapolation_warnings() -> warnings.catch_warnings:
     """Silence the extrapolation warning of surrogates, for studies that report the extrapolation themselves."""
     from surrogate.prediction.predictor import ExtrapolationWarning
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        yield
+    return warnings.catch_warnings(action="ignore", category=ExtrapolationWarning)
 
 
 def predicted(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike) -> np.ndarray:

@@ -143,8 +143,9 @@ def paper_marker(name: str) -> dict[str, Any]:
     return marker(name) | hollow
 
 
-def handles(paper: str) -> list[Line2D]:
+def handles() -> list[Line2D]:
     """Legend entries of families, conditionings and the paper's own point."""
+    paper = drawing.paper_values("reference_model")["name"]
     theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
     return [*family_handles(), *conditioning_handles(), theirs, recipe_handle()]
 
