@@ -40,7 +40,6 @@ Jobs = Annotated[int, typer.Option(help="Processes.")]
 Count = Annotated[int, typer.Option(min=1, help="Number of cases, of each kind where there are several.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
-"""Options of several measurements."""
 
 
 def hands() -> tuple[float, float]:
@@ -71,7 +70,6 @@ class Clock:
 
 
 CLOCK = Clock()
-"""The clock of this process."""
 
 
 def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:

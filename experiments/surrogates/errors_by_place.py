@@ -26,7 +26,6 @@ COVERAGE = 0.9
 LEVELS = (0.5, 0.9, 0.999)
 INSIDE = (*RESULTS, *BANDS)
 PAPER = "M1-concat"
-"""Model of the paper that is judged, too."""
 PLACES = ("paper", "vertices", "box")
 """At the paper's modulus ratio, over the ranges and at their ends, and over all ranges."""
 MOST_IN_A_CORNER = 3.0

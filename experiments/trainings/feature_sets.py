@@ -30,7 +30,6 @@ from surrogate.data.dataset import TrajectoryDataset
 
 PHYSICAL = Path("results/dataset/physical.h5")
 PAPER = ("A", "B", "C", "D")
-"""The feature sets that the paper compares."""
 PARTS = {"sets": "uniform", "physical": "physical"}
 """Keys of the configuration and of the result that hold trainings, and their measurement steps."""
 
