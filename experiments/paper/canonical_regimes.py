@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
-from bem.dataset.records import RESULTS
+from bem.dataset.measurement_steps import FIRST_UNLOADING
 from experiments import common
 from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
@@ -37,8 +36,6 @@ def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], secon
         "protocol": {name: protocol[name] for name in QUANTITIES},
         "native": native(trajectory),
         "steps": {**steps, "predicted": force},
-        "solver": {name: getattr(trajectory, name) for name in RESULTS} | {"jumps": len(trajectory.jumps)},
-        "surrogate": found,
         "errors_percent": {name: 100.0 * abs(found[name] - true) / abs(true) for name, true in reference.items()}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
         "seconds": seconds,
@@ -60,11 +57,9 @@ def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any])
         regime(protocol, trained, config, canonical_times["seconds"][str(int(protocol["sample"]))])
         for protocol in paper_rows("canonical_protocols")
     ]
-    found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
     return {
         "config": config,
-        "backend": type(trained.network).__name__,
         "times": {name: canonical_times[name] for name in ("host", "config")},
-        "summary": found,
+        "summary": summary(regimes),
         "regimes": regimes,
     }

@@ -69,7 +69,6 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
         "theory_at_own_velocity": float(theory.effective_energy(own, ratio)),
         "solver": trajectory.pull_off_force / jkr.PULL_OFF_FORCE,
         "surrogate": float(force[FIRST_UNLOADING:].max()) / jkr.PULL_OFF_FORCE,
-        "jumps": len(trajectory.jumps),
     }
 
 
