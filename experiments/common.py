@@ -5,28 +5,21 @@ A study that has settings reads `experiments/configs/NAME.toml`. A study writes 
 `bem.trajectory`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from bem import Scene, StandardLinearSolid
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem._support.text_files import read_json
 from experiments.places import CONFIGS as CONFIGS
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from bem import Scene
-    from surrogate.prediction.predictor import Surrogate
 
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
@@ -76,12 +69,8 @@ def require_dataset(folder: Path, dataset: Path) -> None:
         )
 
 
-def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
-    """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras.
-
-    Raises:
-        ValueError: The name of the model is not a plain name.
-    """
+def load_surrogate(model: str, models: Path, backend: str | None = None) -> Any:
+    """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras."""
     from surrogate.backend import limit_threads
     from surrogate.training.model_directory import model_name
 
@@ -95,17 +84,14 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surr
     return load(model, models, backend=backend or ("onnx" if exported else "keras"))
 
 
-@contextlib.contextmanager
-def without_extrapolation_warnings() -> Iterator[None]:
+def without_extrapolation_warnings() -> warnings.catch_warnings:
     """Silence the extrapolation warning of surrogates, for studies that report the extrapolation themselves."""
     from surrogate.prediction.predictor import ExtrapolationWarning
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        yield
+    return warnings.catch_warnings(action="ignore", category=ExtrapolationWarning)
 
 
-def predicted(trained: Surrogate, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike) -> np.ndarray:
+def predicted(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike) -> np.ndarray:
     """Forces that a surrogate predicts at measurement steps, of the shape of `times`; it warns of no extrapolation."""
     with without_extrapolation_warnings():
         return trained.predict_history(times, indentations, scenes(tabor))
@@ -113,7 +99,5 @@ def predicted(trained: Surrogate, times: np.ndarray, indentations: np.ndarray, t
 
 def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[Scene]:
     """Scenes of standard linear solids, one for each Tabor parameter; a single number makes one scene."""
-    from bem import Scene, StandardLinearSolid
-
     pairs = zip(*(one.tolist() for one in np.broadcast_arrays(np.atleast_1d(tabor), modulus_ratio)), strict=True)
     return [Scene(mu, StandardLinearSolid(ratio)) for mu, ratio in pairs]

@@ -18,6 +18,13 @@ def paper_values(name: str) -> dict[str, Any]:
     return tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8"))
 
 
+def paper_claims() -> list[dict[str, Any]]:
+    """The claims of `paper_values/claims.toml`, each with the keys that its section states for all of its claims."""
+    sections = paper_values("claims")["section"]
+    claims = [section | claim for section in sections for claim in section["claim"]]
+    return [{key: value for key, value in claim.items() if key != "claim"} for claim in claims]
+
+
 def paper_rows(name: str) -> list[dict[str, Any]]:
     """The rows of `paper_values/NAME.csv`; a cell that reads as a number becomes a `float`."""
     with (PAPER_VALUES / f"{name}.csv").open(encoding="utf-8", newline="") as file:

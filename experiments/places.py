@@ -48,20 +48,21 @@ def studies() -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def read_config(path: Path, *keys: str) -> dict[str, Any]:
-    """Read a study's TOML file. It must hold exactly the given keys.
+def read_config(name: str, path: Path) -> dict[str, Any]:
+    """Read a TOML file of the study `name`. Keys that it lacks have the values of `CONFIGS/NAME.toml`.
 
     Raises:
-        FileNotFoundError: The file does not exist.
+        FileNotFoundError: A file does not exist.
         ValueError: The file is not TOML, or holds other keys.
     """
+    usual = read_toml(CONFIGS / f"{name}.toml")
     try:
         content = read_toml(path)
     except ValueError as error:
         raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
-    if set(content) != set(keys):
-        raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
-    return content
+    if not content.keys() <= usual.keys():
+        raise ValueError(f"configuration must hold {', '.join(usual)} only; received {', '.join(sorted(content))}")
+    return usual | content
 
 
 @dataclass(frozen=True)
@@ -121,9 +122,8 @@ class Places:
             if name in options_of(function):
                 continue
             if name == "config":
-                own = self.configs / f"{function.__module__.rpartition('.')[2]}.toml"
-                keys = getattr(inspect.getmodule(function), "KEYS", ())
-                found[name] = read_config(self.taken.get("config", own), *keys)
+                module = function.__module__.rpartition(".")[2]
+                found[name] = read_config(module, self.taken.get("config", self.configs / f"{module}.toml"))
             elif name == "configs":
                 found[name] = self.configs
             elif name == "out" or name in FOLDERS:

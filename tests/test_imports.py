@@ -6,6 +6,7 @@ name that begins its own.
 
 import ast
 from collections import Counter
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
@@ -72,8 +73,10 @@ def is_module(name):
     return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
+@cache
 def imported(path):
     """Modules of this repository that a file imports, and the lines where."""
+    every = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
             assert not node.level, f"{path}: a relative import hides its room"
@@ -83,7 +86,8 @@ def imported(path):
             found = [alias.name for alias in node.names]
         else:
             continue
-        yield from ((module, node.lineno) for module in found if module.partition(".")[0] in PACKAGES)
+        every += [(module, node.lineno) for module in found if module.partition(".")[0] in PACKAGES]
+    return every
 
 
 def modules():

@@ -36,14 +36,6 @@ STARTS = {
 """What a new process runs until it says its processor seconds; the kernels are compiled before."""
 
 
-def run_seconds(count: int, workers: int) -> dict[str, float]:
-    """Wall seconds of `bem campaign`, and processor seconds of the command and its workers."""
-    with tempfile.TemporaryDirectory() as folder:
-        words = ("campaign", "--count", str(count), "--workers", str(workers), "--out", f"{folder}/runs.h5")
-        wall, processor = of_command(*words)
-    return {"workers": workers, "wall": wall, "processor": processor}
-
-
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
@@ -133,8 +125,12 @@ def study(
 ) -> dict[str, Any]:
     """Measure what a campaign costs besides its trajectories."""
     known = load_dataset(dataset)
-    runs = [run_seconds(count, workers) for workers in progress((1, 2), "runs")] if count else []
     with tempfile.TemporaryDirectory() as folder:
+        runs = []
+        for workers in progress((1, 2) if count else (), "runs"):
+            words = ("--count", str(count), "--workers", str(workers), "--out", f"{folder}/runs-{workers}.h5")
+            wall, processor = of_command("campaign", *words)
+            runs.append({"workers": workers, "wall": wall, "processor": processor})
         return {
             "runs": runs,
             "count": count,

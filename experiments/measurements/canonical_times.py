@@ -17,7 +17,6 @@ from experiments.measurements.cases import Case
 from experiments.measurements.harness import progress, timed
 from experiments.paper_numbers import paper_rows
 
-KEYS = ("model", "modulus_ratio", "accuracy", "repetitions", "batch")
 BATCHES = 3
 
 

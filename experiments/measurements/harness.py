@@ -40,7 +40,6 @@ Jobs = Annotated[int, typer.Option(help="Processes.")]
 Count = Annotated[int, typer.Option(min=1, help="Number of cases, of each kind where there are several.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
-"""Options of several measurements."""
 
 
 def hands() -> tuple[float, float]:
@@ -71,7 +70,6 @@ class Clock:
 
 
 CLOCK = Clock()
-"""The clock of this process."""
 
 
 def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
@@ -112,7 +110,8 @@ def run(
     Returns:
         Answers of the first run, of shape (cases, size), and processor seconds, of shape (runs, cases).
     """
-    answers, runs, spent = [tool(cases[0])][:0], [], 0.0
+    tool(cases[0])
+    answers, runs, spent = list[np.ndarray](), list[list[float]](), 0.0
     while not runs or (len(runs) < repeats and spent + spent / len(runs) <= BUDGET):
         seconds = []
         for case in progress(cases, f"{label}, run {len(runs) + 1} of {repeats}"):
@@ -201,11 +200,8 @@ def stated(options: Mapping[str, Any]) -> list[str]:
 def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
     """Write a result and say its numbers; if it has times, with the ratio of processor seconds to wall seconds.
 
-    Args:
-        out: The result file.
-        study: The module and its options, as the file records its command.
-        content: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
-        busy: Publish the measurement even if the machine was busy.
+    `study` and its options are recorded as the command. Numbers that are not finite become `None` in a measurement, and
+    are refused elsewhere. With `busy`, a measurement is published even if the machine was busy.
 
     Raises:
         RuntimeError: The machine was too busy; the measurement is written to `NOT_PUBLISHED`.

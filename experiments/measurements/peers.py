@@ -49,7 +49,6 @@ REPEATS = 5
 DEPTHS = np.linspace(-START, START, 120)
 PACKAGES = ("Adhesion", "tamaas")
 INSTALL = ".venv/bin/python -m pip install --no-build-isolation --editable '.[peers]'"
-"""The command that installs them beside this project."""
 STEP, FINER = 0.25, 4
 """Indentation between two states while unloading, and the factor by which it is finer near the largest force.
 

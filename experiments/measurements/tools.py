@@ -117,11 +117,11 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
 
 def points_of(name: str, hidden: Hidden) -> list[list[tuple[float, float, bool]]]:
     """What a stream is told of each protocol: time, indentation and edge at the steps of the model's training."""
+    from surrogate.data.features import edge_from_counts
+
     kind = "physical" if name in NAMES else "uniform"
-    loading, dwell, _ = STEPS[kind]
-    edges = [step in (loading - 1, loading + dwell - 1) for step in range(sum(STEPS[kind]))]
-    times, depths = (values.tolist() for values in hidden.grid(kind))
-    return [list(zip(*pair, edges, strict=True)) for pair in zip(times, depths, strict=True)]
+    columns = *hidden.grid(kind), edge_from_counts(STEPS[kind], len(hidden)) > 0
+    return [list(zip(*one, strict=True)) for one in zip(*(values.tolist() for values in columns), strict=True)]
 
 
 def streamed(model: Any, name: str, hidden: Hidden) -> tuple[Callable[[int], None], int]:

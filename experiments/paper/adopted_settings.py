@@ -18,7 +18,6 @@ from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments.paper_numbers import paper_rows
 from experiments.places import read_config
-from experiments.trainings.feature_sets import KEYS
 from surrogate.training.recipe import Recipe
 
 
@@ -63,7 +62,7 @@ def study(configs: Path) -> dict[str, Any]:
     """Read the settings."""
     from surrogate.data.features import channel_names
 
-    features = read_config(configs / "feature_sets.toml", *KEYS)
+    features = read_config("feature_sets", configs / "feature_sets.toml")
     radii = np.linspace(0.5, 3.0, 100_001)
     return {
         "ranges": {name: list(bounds) for name, bounds in PAPER_RANGES.items()},

@@ -4,29 +4,19 @@ The seconds are those that `experiments.measurements.canonical_times` measured a
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
-from bem.dataset.records import RESULTS
+from bem.dataset.measurement_steps import FIRST_UNLOADING
 from experiments import common
 from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
-if TYPE_CHECKING:
-    from surrogate.prediction.predictor import Surrogate
 
-KEYS = ("model", "modulus_ratio", "accuracy")
-
-
-def regime(
-    protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]
-) -> dict[str, Any]:
+def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], seconds: dict[str, float]) -> dict[str, Any]:
     """One row of the timing table: native history, measurement steps, prediction, scalars, errors and seconds."""
     from surrogate.data.metrics import hysteresis, nmae
 
@@ -46,8 +36,6 @@ def regime(
         "protocol": {name: protocol[name] for name in QUANTITIES},
         "native": native(trajectory),
         "steps": {**steps, "predicted": force},
-        "solver": {name: getattr(trajectory, name) for name in RESULTS} | {"jumps": len(trajectory.jumps)},
-        "surrogate": found,
         "errors_percent": {name: 100.0 * abs(found[name] - true) / abs(true) for name, true in reference.items()}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
         "seconds": seconds,
@@ -69,11 +57,9 @@ def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any])
         regime(protocol, trained, config, canonical_times["seconds"][str(int(protocol["sample"]))])
         for protocol in paper_rows("canonical_protocols")
     ]
-    found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
     return {
         "config": config,
-        "backend": type(trained.network).__name__,
         "times": {name: canonical_times[name] for name in ("host", "config")},
-        "summary": found,
+        "summary": summary(regimes),
         "regimes": regimes,
     }

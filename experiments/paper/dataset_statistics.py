@@ -87,7 +87,6 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
         "still_attached": float(np.mean(still_attached(dataset))),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
-        "pull_off_force": [float(force.min()), float(force.max())],
         "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
         "never_compressed": len(rows) - len(ratio),
         "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,

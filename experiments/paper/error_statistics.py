@@ -4,7 +4,6 @@ The study reads `test_errors.csv` of a model directory and predicts nothing. Sou
 interpretable error statistics".
 """
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from experiments.common import ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
 
-KEYS = ("model",)
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
 
@@ -28,9 +26,8 @@ def read_errors(path: Path) -> dict[str, np.ndarray]:
     """
     if not path.is_file():
         raise FileNotFoundError(f"no errors of a trained model at {str(path)!r}; `surrogate train` writes them")
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    names, *rows = path.read_text(encoding="utf-8").splitlines()
+    return dict(zip(names.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
 
 
 def quartile_of(mse: np.ndarray) -> np.ndarray:

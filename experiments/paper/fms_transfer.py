@@ -16,8 +16,6 @@ from experiments.measurements.cases import Case, native, rows_of
 from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
 
-KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
-
 
 def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:
     """One protocol: the solver's trajectory, and the prediction and its error for each number of steps."""
@@ -43,11 +41,7 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
 
 
 def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
-    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations.
-
-    Raises:
-        ValueError: The model was trained on another data set, so that its indices are not valid.
-    """
+    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations."""
     from surrogate.data.dataset import Split, TrajectoryDataset
 
     common.require_dataset(models / config["model"], dataset)

@@ -13,7 +13,7 @@ import typer
 
 from experiments import common
 from experiments.paper.model_comparison import paper_mse
-from experiments.paper_numbers import paper_rows, paper_values
+from experiments.paper_numbers import paper_claims, paper_rows
 
 
 def start_force() -> dict[str, float]:
@@ -93,7 +93,7 @@ def concatenation_point() -> dict[str, float]:
     return {"before the first block": before, "after the last block": after}
 
 
-CLAIMS = paper_values("claims")["claim"]
+CLAIMS = paper_claims()
 BEST = [claim["value"] for claim in CLAIMS if claim["says"].startswith("best conditioning of ")]
 PERCENT = next(claim["value"] for claim in CLAIMS if claim["says"] == "mean-squared error in per cent")
 SECONDS = [row["surrogate_seconds"] for row in paper_rows("canonical_protocols")]

@@ -22,7 +22,6 @@ from experiments import common
 from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
-KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
 CURVE_POINTS = 200
 LARGE = 1e12
 """A crack velocity, in l0 over the retardation time, at which the theory has reached its upper limit."""
@@ -70,7 +69,6 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
         "theory_at_own_velocity": float(theory.effective_energy(own, ratio)),
         "solver": trajectory.pull_off_force / jkr.PULL_OFF_FORCE,
         "surrogate": float(force[FIRST_UNLOADING:].max()) / jkr.PULL_OFF_FORCE,
-        "jumps": len(trajectory.jumps),
     }
 
 

@@ -36,12 +36,10 @@ STEP = 0.05
 """Difference of a logarithm."""
 FINE = 5e-4
 """Accuracy of the solver whose gradient counts as true."""
-
 SOLVERS = {"solver": "standard", "draft": "draft"}
 """Names of the solver in results, and its accuracy."""
 
 PullOff = Callable[[Hidden], Iterable[float]]
-"""Pull-off forces of some protocols."""
 
 
 def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) -> np.ndarray:

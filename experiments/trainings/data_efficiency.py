@@ -14,7 +14,6 @@ import numpy as np
 from experiments import common
 from experiments.trainings.variants import WORK, Variant, Work, train_variants
 
-KEYS = ("architecture", "recipe", "whole_epochs", "percents", "epochs", "folds", "jobs")
 WHOLE = (100, 0)
 """Percentage and fold of the whole training part."""
 

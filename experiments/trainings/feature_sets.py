@@ -29,9 +29,7 @@ from experiments.trainings.variants import WORK, Variant, Work, kept_folder, tra
 from surrogate.data.dataset import TrajectoryDataset
 
 PHYSICAL = Path("results/dataset/physical.h5")
-KEYS = ("architecture", "recipe", "epochs", "sets", "physical", "hidden", "jobs")
 PAPER = ("A", "B", "C", "D")
-"""The feature sets that the paper compares."""
 PARTS = {"sets": "uniform", "physical": "physical"}
 """Keys of the configuration and of the result that hold trainings, and their measurement steps."""
 

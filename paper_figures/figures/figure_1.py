@@ -22,20 +22,16 @@ def surface(x: np.ndarray, contact: float, radius: float, depth: float) -> np.nd
     return sphere * np.exp(-np.maximum(np.abs(x) - contact, 0.0) / 0.35)
 
 
-def draw_substrate(axes: Axes, level: float, shape: np.ndarray, x: np.ndarray) -> None:
-    """Draw the half-space below a surface."""
-    outline = np.column_stack([x, level + shape])
-    axes.add_patch(Polygon([(x[0], 0.0), *outline, (x[-1], 0.0)], facecolor=SUBSTRATE, edgecolor="none"))
-    axes.plot(x, level + shape, color="0.3", linewidth=1.0)
-
-
 def draw_contact(axes: Axes) -> None:
     """Panel (a): sphere, half-space, and motion of the sphere."""
     schematics.blank(axes, WIDTH, HEIGHT)
     centre, level, radius = 5.0, 3.4, 3.0
     x = np.linspace(0.0, WIDTH, 400)
     depth = 0.75
-    draw_substrate(axes, level, surface(x - centre, 1.75, radius, depth), x)
+    top = level + surface(x - centre, 1.75, radius, depth)
+    outline = [(x[0], 0.0), *np.column_stack([x, top]), (x[-1], 0.0)]
+    axes.add_patch(Polygon(outline, facecolor=SUBSTRATE, edgecolor="none"))
+    axes.plot(x, top, color="0.3", linewidth=1.0)
     bottom = level - depth + 0.04
     axes.add_patch(Circle((centre, bottom + radius), radius, facecolor=SPHERE, edgecolor="0.3", lw=1.0, zorder=2))
     schematics.arrow(axes, (centre, bottom + radius), (centre + radius * 0.94, bottom + radius * 0.66), zorder=3)

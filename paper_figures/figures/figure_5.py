@@ -86,7 +86,8 @@ def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ra
     draw_sizes(panels[1], model_comparison, ranking)
     draw_effective_energy(panels[2], persson_brener)
     draw_data_efficiency(panels[3], data_efficiency)
-    handles = models_style.handles(drawing.paper_values("reference_model")["name"])
-    drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=1.0, handlelength=1.4)
+    drawn.legend(
+        handles=models_style.handles(), loc="outside upper center", ncols=11, columnspacing=1.0, handlelength=1.4
+    )
     models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

@@ -1,7 +1,4 @@
-"""Figure and table: core time of data set, training and queries against the number of queries, with break-even numbers.
-
-The figure reads the result of `experiments.trainings.training_costs`.
-"""
+"""Figure and table: core time of data set, training and queries against their number, with break-even numbers."""
 
 from typing import Any
 

@@ -1,7 +1,4 @@
-"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes.
-
-The figure reads the measurements of `experiments.measurements.effects` and `experiments.measurements.effect_pairs`.
-"""
+"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes."""
 
 from typing import Any
 

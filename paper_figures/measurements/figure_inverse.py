@@ -1,6 +1,6 @@
 """Figure: the posterior of three parameters from one noisy force curve, with a surrogate and with the solver.
 
-Reads the data of `experiments.surrogates.inverse_problem`; `page_text` is the table of docs/surrogate-models.md.
+`page_text` is the table of docs/surrogate-models.md.
 """
 
 from typing import Any

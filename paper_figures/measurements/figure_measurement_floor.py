@@ -1,7 +1,7 @@
 """Figure: what uniform and physical measurement steps hold of the pull-off force.
 
 Left, both on a narrow peak; right, the share of hidden protocols whose highest step is further from the pull-off force
-than an error. Reads the data of `experiments.surrogates.measurement_steps`.
+than an error.
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Figure: error against processor seconds on the same elastic sphere, for the solver and other software.
 
 There is one panel for each problem. Lines join the settings of a tool, from coarse to fine; closed forms are named. An
-error below `LEAST` is drawn there, with an arrow. The figure reads the measurement of `experiments.measurements.peers`.
+error below `LEAST` is drawn there, with an arrow.
 """
 
 from typing import Any

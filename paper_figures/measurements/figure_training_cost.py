@@ -1,8 +1,7 @@
 """Figure: error against core minutes of training.
 
 Curves are validation errors. Held-out errors, measured once at the end of a training, are marked at its core minutes.
-The figure reads the result of `experiments.trainings.training_costs`; a line above it names the trainings that are not
-published yet.
+A line above the figure names the trainings that are not published yet.
 """
 
 from typing import Any

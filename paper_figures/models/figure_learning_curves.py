@@ -9,7 +9,6 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import PAPER_FAMILIES, paper_names
 
 SHOWN = ("FiLM", "gated")
-"""Conditionings, one panel each."""
 
 
 def draw_curves(axes: Axes, content: Any, conditioning: str, ranking: Any = None) -> None:

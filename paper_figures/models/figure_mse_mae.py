@@ -38,7 +38,8 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
         axes.margins(0.1)
         drawing.log_labels(axes.xaxis)
         drawing.log_labels(axes.yaxis)
-    handles = models_style.handles(paper["name"])
-    drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2)
+    drawn.legend(
+        handles=models_style.handles(), loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2
+    )
     models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

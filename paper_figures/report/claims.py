@@ -22,7 +22,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from experiments.paper_numbers import paper_rows, paper_values, stated
+from experiments.paper_numbers import paper_claims, paper_rows, paper_values, stated
 from experiments.places import Places
 from experiments.trainings.ranking import by_paper_recipe
 
@@ -172,7 +172,7 @@ def _ranked_first(claim: dict[str, Any], found: dict[str, Any]) -> str:
 
 def text_claims() -> list[dict[str, Any]]:
     """Claims of the paper's text and captions, with the numbers that are transcribed elsewhere filled in."""
-    return [_with_value(claim) for claim in paper_values("claims")["claim"]]
+    return [_with_value(claim) for claim in paper_claims()]
 
 
 def settings() -> list[dict[str, Any]]:

@@ -17,6 +17,7 @@ from experiments.paper.model_comparison import (
     WORDED,
     read_model,
 )
+from experiments.paper_numbers import paper_claims
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
@@ -126,9 +127,7 @@ def training_table(models: Path) -> str:
     if not found:
         return "Not trained yet: `make model-paper-recipe`."
     paper, tests = drawing.paper_values("reference_model"), [metrics["test"] for metrics, _ in found.values()]
-    most = next(
-        claim["value"] for claim in drawing.paper_values("claims")["claim"] if "any model needed" in claim["says"]
-    )
+    most = next(claim["value"] for claim in paper_claims() if "any model needed" in claim["says"])
     ended = {True: "ended by the recipe", False: "stopped before the recipe's own end"}
     epochs = [f"{metrics['epochs']}, {ended[by_recipe]}" for metrics, by_recipe in found.values()]
     rows = [["epochs", f"at most {most}", *epochs]]

@@ -27,11 +27,6 @@ OUT = Path("REPRODUCTION.md")
 INTRODUCTION = Path(__file__).with_name("introduction.md")
 
 
-def percent_text(share: float) -> str:
-    """A share in percent."""
-    return f"{100.0 * share:g} %"
-
-
 def value_text(value: Any, unit: str = "") -> str:
     """A number with its unit, a word, or '-' for `None`."""
     if value is None:
@@ -50,7 +45,7 @@ def tolerance_text(claim: dict[str, Any]) -> str:
     tolerance = claims.tolerance_of(claim)
     if tolerance is None:
         return "-"
-    return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
+    return f"{100.0 * tolerance:g} %" + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
 
 
 def row(finding: Finding, trained: bool) -> list[str]:
@@ -136,7 +131,8 @@ def slips_section(results: Results) -> str:
         values = found.get(slip.get("name", ""), {})
         comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
         says, instead = (with_stated(slip[key]) for key in ("says", "instead"))
-        rows.append([slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to])
+        shown_by = slip.get("shown_by") or f"python -m experiments inconsistencies --only {slip['name']}"
+        rows.append([slip["place"], says, instead, f"`{shown_by}`", comes_to])
     table = markdown_table(["place", "the paper says", "instead", "shown by", "result"], rows)
     return f"## Inconsistencies of the paper\n\n{table}"
 
@@ -148,7 +144,7 @@ def report(results: Results) -> str:
     # Numbers that are not in the paper come last.
     groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
     tolerances = [
-        f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
+        f"{100.0 * rule['tolerance']:g} % of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
         for name, rule in paper_values("claims")["rules"].items()
     ]
     parts = [

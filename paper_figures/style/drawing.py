@@ -30,14 +30,6 @@ BLACK, PAPER = COLOURS["solver"], COLOURS["paper"]
 STEPS = {"uniform": {"color": RED, "marker": "o"}, "physical": {"color": BLUE, "marker": "^"}}
 """Looks of the two kinds of measurement steps."""
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
-SYMBOLS = {
-    "tabor": r"$\mu$",
-    "peak_indentation": r"$\hat\delta_l$",
-    "loading_rate": r"$\hat v_L$",
-    "dwell_time": r"$\hat t_D$",
-    "unloading_rate": r"$\hat v_U$",
-}
-"""Symbols of the quantities of a protocol, as in the paper."""
 KINDS = {
     "solver": {"color": BLACK, "marker": "o"},
     "paper's discretisation": {"color": PAPER, "marker": "s"},

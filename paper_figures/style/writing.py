@@ -29,8 +29,10 @@ def median_and_p95(error: Mapping[str, float | None]) -> str:
     return "-" if error["median"] is None else f"{percent(error['median'])} / {percent(error['p95'])}"
 
 
-def milliseconds(seconds: Mapping[str, float]) -> str:
-    """Median of seconds and, in brackets, its quartiles, in milliseconds."""
+def milliseconds(seconds: Mapping[str, Any]) -> str:
+    """Median of seconds and, in brackets, its quartiles, in milliseconds; '-' if there is none."""
+    if seconds["median"] is None:
+        return "-"
     median, low, high = (number(1e3 * seconds[name]) for name in ("median", "low", "high"))
     return f"{median} ({low}-{high})"
 

@@ -1,9 +1,6 @@
-"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
+"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error."""
 
-`make docs-numbers` also writes the second table into docs/cost.md. The tables read the measurement of
-`experiments.measurements.accuracy_cost`.
-"""
-
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,15 +10,6 @@ from paper_figures.style.drawing import paper_seconds
 from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, caption, left_out, median_and_p95, milliseconds, number, percent
 
-HEADER = [
-    "Tool",
-    "Setting",
-    "Protocols (timed)",
-    "Repeats",
-    "Failed",
-    "Time (ms), median (quartiles)",
-    "Run to run (%)",
-]
 CHOICES = [
     "Error wanted (%)",
     "Force, one at a time",
@@ -34,17 +22,23 @@ WANTED = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4)
 ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "hysteresis": "Hysteresis error (%)"}
 
 
-def row_of(tool: dict[str, Any]) -> list[str]:
-    """One row for a tool; errors are median / 95th percentile, or '-' for a quantity that it does not give."""
-    seconds = tool["seconds"]
-    protocols = f"{tool['protocols']} ({seconds['count']})"
-    cells = [tool["kind"], tool["setting"], protocols, str(tool["repeats"]), str(tool["failures"])]
-    if seconds["median"] is None:
-        cells += ["-", "-"]
-    else:
-        totals = tool["run_totals"]
-        cells += [milliseconds(seconds), percent(np.ptp(totals) / np.median(totals)) if len(totals) > 1 else "-"]
-    return cells + [median_and_p95(tool["errors"][quantity]) for quantity in ERRORS]
+def run_to_run(tool: dict[str, Any]) -> str:
+    """Range of the totals of the runs over their median, in percent; '-' for a single run, or without times."""
+    totals, timed = tool["run_totals"], tool["seconds"]["median"] is not None
+    return percent(np.ptp(totals) / np.median(totals)) if timed and len(totals) > 1 else "-"
+
+
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Tool": lambda tool: tool["kind"],
+    "Setting": lambda tool: tool["setting"],
+    "Protocols (timed)": lambda tool: f"{tool['protocols']} ({tool['seconds']['count']})",
+    "Repeats": lambda tool: str(tool["repeats"]),
+    "Failed": lambda tool: str(tool["failures"]),
+    "Time (ms), median (quartiles)": lambda tool: milliseconds(tool["seconds"]),
+    "Run to run (%)": run_to_run,
+    **{head: lambda tool, name=name: median_and_p95(tool["errors"][name]) for name, head in ERRORS.items()},
+}
+"""Column heads, and functions that write the cell of one tool; '-' for what it does not give."""
 
 
 def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch: bool) -> str:
@@ -129,10 +123,8 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
     about = {"protocols": content["protocols"], "host": content["host"], "left_out": left_out(content, LACKING)}
     truth = {"target": number(content["truth_target"]), "refined": _refined(content)}
-    rows = [row_of(tool) for tool in content["tools"]]
+    rows = [[cell(tool) for cell in COLUMNS.values()] for tool in content["tools"]]
     return {
-        "accuracy-cost": Table(
-            [*HEADER, *ERRORS.values()], rows, caption("accuracy-cost", paper=paper, **about, **truth)
-        ),
+        "accuracy-cost": Table(list(COLUMNS), rows, caption("accuracy-cost", paper=paper, **about, **truth)),
         "fastest-tool": Table(CHOICES, choices(content["tools"]), caption("fastest-tool", **about)),
     }

@@ -1,8 +1,4 @@
-"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak.
-
-The table reads the measurement of `experiments.robustness.hard_case_map`, and the soak of
-`experiments.robustness.random_scenes` if there is one.
-"""
+"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak."""
 
 from collections.abc import Callable
 from typing import Any

@@ -4,55 +4,44 @@ A model that was also trained by the paper's recipe has two rows, of which this 
 differently (more data, fewer epochs, other inputs) follow; their names state the difference.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from experiments.paper.model_comparison import PAPER_TRAINED
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 
-HEADER = [
-    "Model",
-    "Parameters",
-    "Sizes",
-    "MSE",
-    "MAE",
-    "DTW-RMSE",
-    "NMAE, median (%)",
-    "Pull-off, median (%)",
-    "Hysteresis, median (%)",
-    "Recipe",
-    "Trajectories",
-    "Epochs",
-    "Core seconds",
-    "Batch (ms)",
-]
+SIZES = drawing.paper_values("structure")["sizes"]
 MEDIANS = ("nmae", "pull_off_force", "hysteresis")
+COLUMNS: dict[str, Callable[[str, dict[str, Any]], str]] = {
+    "Model": lambda name, _: name,
+    "Parameters": lambda _, found: f"{found['parameters']:,}",
+    "Sizes": lambda name, _: SIZES.get(name.split("-")[0], {"how": "-"})["how"],
+    "MSE": lambda _, found: number(found["mse"]),
+    "MAE": lambda _, found: number(found["mae"]),
+    "DTW-RMSE": lambda _, found: number(found["dtw_rmse"]),
+    "NMAE, median (%)": lambda _, found: number(found["test"]["nmae_percent"]["median"], 2),
+    "Pull-off, median (%)": lambda _, found: number(found["test"]["pull_off_force_percent"]["median"], 2),
+    "Hysteresis, median (%)": lambda _, found: number(found["test"]["hysteresis_percent"]["median"], 2),
+    "Recipe": lambda _, found: found["recipe"]["name"],
+    "Trajectories": lambda _, found: f"{found['training_trajectories']:,}",
+    "Epochs": lambda _, found: str(found["epochs"]),
+    "Core seconds": lambda _, found: "on a GPU" if found["core_seconds"] is None else f"{found['core_seconds']:.0f}",
+}
+"""Column heads, and functions that write the cell of a model from the name under which it is published."""
 
 
 def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
-    """One row for a model, named as it is published."""
-    sizes = drawing.paper_values("structure")["sizes"].get(name.split("-")[0])
-    return [
-        name,
-        f"{found['parameters']:,}",
-        sizes["how"] if sizes else "-",
-        *(number(found[metric], 3) for metric in ("mse", "mae", "dtw_rmse")),
-        *(number(found["test"][f"{name}_percent"]["median"], 2) for name in MEDIANS),
-        found["recipe"]["name"],
-        f"{found['training_trajectories']:,}",
-        str(found["epochs"]),
-        "on a GPU" if found["core_seconds"] is None else f"{found['core_seconds']:.0f}",
-        batch,
-    ]
+    """One row for a model."""
+    return [*(cell(name, found) for cell in COLUMNS.values()), batch]
 
 
 def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
     """Write the table, the best model by the paper's recipe first."""
-    sizes = drawing.paper_values("structure")["sizes"]
     note = models_style.missing_note(model_comparison["missing"])
     words = " ".join(
         [
-            caption("models", sizes="; ".join(f"{name} ({one['how']}), {one['what']}" for name, one in sizes.items())),
+            caption("models", sizes="; ".join(f"{name} ({one['how']}), {one['what']}" for name, one in SIZES.items())),
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),
             models_style.forces_note(model_forces),
@@ -73,4 +62,4 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
         cells += [row(label, one, batches.get(label, "-")) for label, one in both.items() if one]
     shown = {one[0] for one in cells}
     cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]
-    return Table(HEADER, cells, words.strip())
+    return Table([*COLUMNS, "Batch (ms)"], cells, words.strip())

@@ -1,8 +1,4 @@
-"""Table: seconds and errors on the same elastic sphere, for the solver and other software.
-
-`make docs-numbers` also writes the table into docs/cost.md. It reads the measurement of
-`experiments.measurements.peers`.
-"""
+"""Table: seconds and errors on the same elastic sphere, for the solver and other software."""
 
 from typing import Any
 

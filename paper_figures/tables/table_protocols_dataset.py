@@ -5,9 +5,14 @@ from typing import Any
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
 
-ORDER = ("loading_rate", "dwell_time", "unloading_rate", "tabor", "peak_indentation")
-QUANTITIES = {name: drawing.SYMBOLS[name] for name in ORDER}
-"""Symbols of the quantities, in the order of the paper's tables."""
+QUANTITIES = {
+    "loading_rate": r"$\hat v_L$",
+    "dwell_time": r"$\hat t_D$",
+    "unloading_rate": r"$\hat v_U$",
+    "tabor": r"$\mu$",
+    "peak_indentation": r"$\hat\delta_l$",
+}
+"""Symbols of the quantities, as in the paper and in the order of its tables."""
 RESULTS = {
     "pull_off_force": r"$\hat P_\mathrm{po}$",
     "pull_off_time": r"$\hat t_\mathrm{po}$",

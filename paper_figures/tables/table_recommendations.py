@@ -1,7 +1,4 @@
-"""Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves.
-
-The table reads the measurement of `experiments.measurements.recommendations`.
-"""
+"""Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves."""
 
 from collections.abc import Callable
 from typing import Any

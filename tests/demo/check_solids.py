@@ -1,17 +1,14 @@
 """The pretrained models of the page in headless Chromium against Python; run by `make test-demo`."""
 
 import json
-import warnings
 
 import numpy as np
 import pytest
 
 import surrogate
-from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.lab import Setup
-from surrogate import ExtrapolationWarning
 from surrogate.data.metrics import nmae
-from tests.demo.check_in_browser import TOLERANCE, table
+from tests.demo.check_in_browser import TILES, TOLERANCE, column, python, table
 
 CASES = ("usual", "elastic", "fast", "slow", "brief", "outside")
 MODELS = ("fast", "accurate")
@@ -28,37 +25,19 @@ def solid_curves(folder):
     return json.loads(path.read_text(encoding="utf-8"))["curves"]
 
 
-def python(model, protocols):
-    """Trajectories of protocols as the page names them."""
-    rows = [{name: float(value) for name, value in protocol.items()} for protocol in protocols]
-    tabor, ratio = ([row.pop(name) for row in rows] for name in ("tabor", "modulus_ratio"))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        return surrogate.load(model).predict(
-            [Scene(mu, StandardLinearSolid(one)) for mu, one in zip(tabor, ratio, strict=True)],
-            [LoadingProtocol(**row) for row in rows],
-        )
-
-
-def column(rows, name):
-    return np.array([float(row[name]) for row in rows])
-
-
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("case", CASES)
 def test_numbers_are_those_of_python(seen, folder, model, case):
     shown = seen["cases"][f"{model}-{case}"]
-    (expected,) = python(model, [shown["protocol"]])
+    (expected,) = python(surrogate.load(model), [shown["protocol"]])
     assert shown["model"] == {"link": model, "chosen": model, "named": model}
-    names = {"pull-off-force": "pull_off_force", "pull-off-time": "pull_off_time", "hysteresis": "hysteresis"}
     # Forces are of a network in single precision.
     scale = 1e-5 * np.abs(expected.force).max()
     # An elastic loop loses almost nothing: what is left of large areas is known as well as they are.
     rounding = {"hysteresis": 2.0 * scale * np.ptp(expected.indentation)}
-    for tile, name in names.items():
-        assert shown["values"][tile] == pytest.approx(
-            getattr(expected, name), rel=TOLERANCE, abs=rounding.get(name, 0.0)
-        )
+    for tile, name in TILES.items():
+        wanted = pytest.approx(getattr(expected, name), rel=TOLERANCE, abs=rounding.get(name, 0.0))
+        assert shown["values"][tile] == wanted
     rows = table(folder / f"{model}-{case}.csv")
     # Times and indentations in double precision.
     np.testing.assert_allclose(column(rows, "time"), expected.time, rtol=1e-11)
@@ -77,7 +56,7 @@ def test_numbers_are_those_of_python(seen, folder, model, case):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_errors_of_every_curve_are_those_of_python(seen, solid_curves, model):
-    expected = python(model, [curve["protocol"] for curve in solid_curves])
+    expected = python(surrogate.load(model), [curve["protocol"] for curve in solid_curves])
     names, errors, pull_offs = zip(*seen["lists"][model], strict=True)
     assert list(names) == [curve["name"] for curve in solid_curves]
     true = np.array([curve["force"] for curve in solid_curves])

@@ -5,7 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import onnxruntime
 import pytest
 
 import surrogate
@@ -46,8 +45,3 @@ def curves():
 @pytest.fixture(scope="session")
 def model():
     return surrogate.load(DIST / "model.onnx")
-
-
-@pytest.fixture(scope="session")
-def session():
-    return onnxruntime.InferenceSession(DIST / "model.onnx", providers=["CPUExecutionProvider"])

@@ -5,7 +5,6 @@ import sys
 
 import pytest
 
-from experiments import common
 from experiments.__main__ import main
 from experiments.measurements import latencies
 from experiments.paper import architecture_graphs
@@ -87,12 +86,3 @@ def test_a_result_is_written_where_asked_and_states_its_options_in_their_order(m
     code, _ = run(monkeypatch, capsys, "contact_ticks", "--seed", "3", "--count", "2", "--busy", "--out", str(out))
     found = json.loads(out.read_text(encoding="utf-8"))
     assert (code, found["command"]) == (0, "python -m experiments contact_ticks --count 2 --seed 3")
-
-
-def test_a_result_takes_the_place_of_the_old_one_and_is_not_written_over_it(tmp_path):
-    out, old = tmp_path / "result.json", tmp_path / "old.json"
-    out.write_text("old", encoding="utf-8")
-    old.hardlink_to(out)
-    common.write_result(out, "study", {"a": 1})
-    assert out.read_text(encoding="utf-8").startswith("{")
-    assert old.read_text(encoding="utf-8") == "old"

@@ -10,31 +10,23 @@ from tests.data_files import editing
 from tests.experiments.models import write_model
 
 
-def publish(folder):
-    for name in names():
-        write_model(folder / "models" / name)
-
-
 def test_hours_follow_from_what_the_published_models_took(tmp_path):
     known = read_stages()
     assert list(known) == ["dataset", "models", "more-models", "feature-sets", "data-efficiency", "paper"]
     line = describe("models", known, tmp_path)
     assert line.startswith("stage 2 of 6, models: train the 18 paper models")
     assert line.endswith("by estimate")
-    publish(tmp_path)
+    for name in names():
+        write_model(tmp_path / "models" / name)
     assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 120.0 / 3600.0 / 2), True)
     assert describe("models", read_stages(), tmp_path).endswith("about 18 minutes")
-    (tmp_path / "models" / "M6-gated" / "run.json").unlink()
-    assert not hours_of("models", read_stages(), tmp_path)[1]
-
-
-def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path):
-    publish(tmp_path)
     speed = {"recipe": "swift", "models": {name: {"seconds_per_batch": {"median": 2.0}} for name in names()}}
     (tmp_path / "measurements").mkdir()
     (tmp_path / "measurements" / "training_speed.json").write_text(json.dumps(speed), encoding="utf-8")
-    # Two epochs of three batches.
+    # Of one machine where it measured batches: two epochs of three.
     assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 12.0 / 3600.0 / 2), True)
+    (tmp_path / "models" / "M6-gated" / "run.json").unlink()
+    assert not hours_of("models", read_stages(), tmp_path)[1]
 
 
 def test_hours_of_data_set_and_studies(tmp_path):

@@ -43,12 +43,12 @@ def distance(one, other):
     return min(float(np.linalg.norm(lab(one, eye) - lab(other, eye))) for eye in EYES)
 
 
-def texts(figure, below=np.inf):
-    """The texts that are drawn smaller than a size, without ticks beyond the axes; scripts of formulas do not count."""
+def texts(figure):
+    """The texts that are drawn, without ticks beyond the axes."""
     found, draw = [], Text.draw
 
     def drawn(text, renderer, *rest, **named):
-        if text.get_visible() and text.get_text().strip() and text.get_fontsize() < below:
+        if text.get_visible() and text.get_text().strip():
             found.append(text)
         return draw(text, renderer, *rest, **named)
 
@@ -57,9 +57,9 @@ def texts(figure, below=np.inf):
     return list(dict.fromkeys(found))
 
 
-def overlaps(figure, slack=1.0):
+def overlaps(figure, drawn, slack=1.0):
     """Pairs of texts whose boxes share more than `slack` pixels in both directions, and texts beyond the figure."""
-    boxes = [(text.get_text(), Text.get_window_extent(text).padded(-slack)) for text in texts(figure)]
+    boxes = [(text.get_text(), Text.get_window_extent(text).padded(-slack)) for text in drawn]
     found = [(one, other) for (one, a), (other, b) in combinations(boxes, 2) if a.overlaps(b)]
     page = figure.bbox.padded(2 * slack)
     return found + [

@@ -2,8 +2,6 @@
 
 import inspect
 import json
-import subprocess
-import sys
 from importlib import import_module
 
 import pytest
@@ -14,7 +12,6 @@ from paper_figures.models import figure_learning_curves
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
 from tests.paper_figures.results import comparison
-from tests.processes import ROOT
 
 FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
 
@@ -42,11 +39,14 @@ def test_a_caption_belongs_beside_each_figure_of_a_target(tmp_path):
     assert {path.name for path in tables.iterdir()} == {"n.md", "n.csv", "n.tex"}
 
 
-def test_the_command_writes_the_caption(tmp_path, examples):
+def test_the_command_writes_the_caption(tmp_path, examples, monkeypatch):
     path = tmp_path / "examples.json"
     path.write_text(json.dumps(examples), encoding="utf-8")
-    command = [sys.executable, "-m", "paper_figures", "figure-3", "--results", str(tmp_path)]
-    subprocess.run([*command, "--dataset-examples", str(path)], cwd=ROOT, check=True)
+    words = ["figure-3", "--results", str(tmp_path), "--dataset-examples", str(path)]
+    monkeypatch.setattr("sys.argv", ["paper_figures", *words])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
     written = (tmp_path / "figures" / "figure-3.md").read_text(encoding="utf-8")
     assert written == caption("figure-3", [path])
 

@@ -81,8 +81,6 @@ def test_extremes():
 
 
 def test_random_protocols_and_a_contact_without_a_pull_off_force():
-    points = rows_of(drawn("beyond", 4, 1, "sobol"))
-    assert all(point["peak_indentation"] <= 200.0 * point["tabor"] ** -1.5 for point in points)
     case = Case.of(rows_of(drawn("inside", 1, 3, "sobol"))[0])
     assert hard_case_map.compared(case.scene, case.protocol)["status"] == "completed"
     found = hard_case_map.extreme("stiff glass", *hard_case_map.extremes()["stiff glass without adhesion"])

@@ -36,13 +36,13 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
         raise lab_coverage.FitError("the fit did not converge")
 
     monkeypatch.setattr(lab_coverage, "fit", fails)
-    monkeypatch.setattr(lab_coverage, "PIXELS", 4)
+    monkeypatch.setattr(lab_coverage, "PIXELS", 1)
     found = lab_coverage.study(curves=1, cases=1, folder=tmp_path)
     for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert (found[kind]["cases"], found[kind]["fitted"], found[kind]["right"]) == (1, 0, 0)
         assert found[kind]["results"][0]["failure"] == "the fit did not converge"
     assert "| hertz | 0 of 1 |" in lab_coverage.page_text(found)
-    assert found["map"]["fitted"] == found["map"]["curves"] == 4
+    assert found["map"]["fitted"] == found["map"]["curves"] == 1
 
 
 @pytest.mark.slow

@@ -34,11 +34,6 @@ def split():
     return read_json(ROOT / "models" / "M1-concat" / "split.json")
 
 
-@pytest.mark.parametrize("folder", SEEDS, ids=label)
-def test_every_seed_errs_on_the_shared_test_part(folder, split):
-    assert read_errors(folder / "test_errors.csv")["trajectory"].tolist() == split["test"]
-
-
 @pytest.mark.parametrize("folder", MODELS, ids=label)
 def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
     listed = read_json(ROOT / "model_forces.json")
@@ -54,14 +49,15 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
 
 
 @pytest.mark.parametrize("folder", [*MODELS, *SEEDS], ids=label)
-def test_the_summary_is_that_of_the_written_errors(folder):
+def test_the_errors_are_of_the_shared_test_part_and_the_summary_is_theirs(folder, split):
     errors, summary = read_errors(folder / "test_errors.csv"), read_json(folder / "metrics.json")["test"]
+    assert errors["trajectory"].tolist() == split["test"]
     for name, found in summary.items():
         wanted = [errors[name].mean(), *np.percentile(errors[name], [50, 90, 100])]
         np.testing.assert_allclose(list(found.values()), wanted, rtol=1e-5, err_msg=name)
 
 
-@pytest.mark.parametrize("backend", ["keras", "onnx"])
+@pytest.mark.parametrize("backend", [pytest.param("keras", marks=pytest.mark.slow), "onnx"])
 def test_the_weights_of_a_model_err_as_written(backend, data, monkeypatch):
     load = model_forces.common.load_surrogate
     monkeypatch.setattr(model_forces.common, "load_surrogate", partial(load, backend=backend))

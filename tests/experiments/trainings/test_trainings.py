@@ -1,5 +1,6 @@
 """Trainings count as done when they come from what is asked for; sets of features are compared across steps."""
 
+import dataclasses
 import json
 import shutil
 
@@ -22,13 +23,6 @@ from tests.experiments.models import shallow, write_training
 VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
 
 
-def test_a_training_is_done_when_it_comes_from_what_is_asked_for(tmp_path, data):
-    folders, half = {"work": tmp_path, "models": tmp_path / "published"}, tmp_path / "models" / "half"
-    assert kept_folder(VARIANT, data, **folders) is None
-    write_training(half, VARIANT, data)
-    assert kept_folder(VARIANT, data, **folders) == half
-
-
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -38,20 +32,20 @@ def test_a_training_is_done_when_it_comes_from_what_is_asked_for(tmp_path, data)
         ({"fraction": 0.25}, "split"),
         ({"features": "A"}, "feature set"),
         ({"architecture": "M4-FiLM"}, "architecture"),
+        ({}, "data set"),
+        ({}, None),
     ],
 )
-def test_a_training_of_something_else_is_refused(change, word, tmp_path, data):
-    write_training(tmp_path / "models" / "half", Variant(**(vars(VARIANT) | change)), data)
+def test_a_training_is_taken_if_it_is_what_is_asked_for_and_otherwise_refused(change, word, tmp_path, data):
+    half, folders = tmp_path / "models" / "half", {"work": tmp_path, "models": tmp_path / "published"}
+    assert kept_folder(VARIANT, data, **folders) is None
+    other = dataclasses.replace(data, sha256="0" * 64) if word == "data set" else data
+    write_training(half, Variant(**(vars(VARIANT) | change)), other)
+    if word is None:
+        assert kept_folder(VARIANT, data, **folders) == half
+        return
     with pytest.raises(ValueError, match=f"received one of another {word}: remove .* to train it again"):
-        kept_folder(VARIANT, data, work=tmp_path, models=tmp_path)
-
-
-def test_a_training_on_another_data_set_is_refused(tmp_path, data, dataset):
-    write_training(tmp_path / "models" / "half", VARIANT, data)
-    run = tmp_path / "models" / "half" / "run.json"
-    run.write_text(run.read_text(encoding="utf-8").replace(data.sha256, "0" * 64), encoding="utf-8")
-    with pytest.raises(ValueError, match="another data set"):
-        study(tmp_path, dataset)
+        kept_folder(VARIANT, data, **folders)
 
 
 def study(tmp_path, dataset, published=()):

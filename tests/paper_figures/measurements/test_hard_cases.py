@@ -1,6 +1,12 @@
-"""Where the solver has it hard: the table, from made-up measurements."""
+"""Where the solver has it hard, and where a simpler scene suffices, from made-up measurements."""
 
-from paper_figures.tables import table_hard_cases
+import pytest
+
+from experiments.places import Places
+from paper_figures.measurements import figure_effects
+from paper_figures.style import drawing
+from paper_figures.tables import table_hard_cases, table_recommendations
+from tests.paper_figures.results import SPREAD, UNKNOWN
 
 NUMBERS = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
 
@@ -36,3 +42,17 @@ def test_the_soak_is_shown_among_the_hard_cases():
     calm = table_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
     assert "0 with a lone spike, memory" in calm
     assert "memory growth not measured" in rows[1][0]
+
+
+def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplified():
+    axes = drawing.figure(height=2.0).subplots()
+    figure_effects.draw_stand_ins(axes, Places().read("effects", "figure-effects") | {"tolerance": 0.07})
+    assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)
+    numbers = {"kept": 4, "cases": 20, "worst_error": 0.2, "simplified": 5, "by_estimate": 1, "slower": 1}
+    row = {"sample": "paper", "quantity": "pull_off_force", "tolerance": 0.1, **numbers}
+    row |= dict.fromkeys(("full_seconds", "ratio", "seconds"), SPREAD)
+    none = row | dict.fromkeys(("kept", "simplified", "slower"), 0) | {"worst_error": None}
+    none |= {"full_seconds": UNKNOWN, "ratio": UNKNOWN}
+    some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
+    assert {"4 of 5", "0.02 (0.06)"} <= set(some)
+    assert {"0 of 0", "-"} <= set(nothing)

@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from experiments.paper_numbers import stated, with_stated
+from experiments.paper_numbers import paper_claims, stated, with_stated
 from experiments.places import studies
 from experiments.trainings.ranking import contenders
 from paper_figures.report import claims as reproduction
@@ -76,7 +76,7 @@ def test_tolerances_and_places_of_claims_are_those_of_the_paper():
 def test_no_number_of_a_text_claim_is_transcribed_twice():
     paper = {name: drawing.paper_values(name) for name in ("dataset", "reference_model", "cost")}
     known = {(name, key): value for name, values in paper.items() for key, value in values.items()}
-    written = [claim for claim in drawing.paper_values("claims")["claim"] if "value" in claim]
+    written = [claim for claim in paper_claims() if "value" in claim]
     once = {"dataset": ("trajectories", "cpu_hours"), "reference_model": ("mse", "mae"), "cost": ("surrogate_seconds",)}
     for key in [(name, key) for name, keys in once.items() for key in keys]:
         assert [claim["says"] for claim in written if claim["value"] == known[key]] == [], key
