@@ -70,7 +70,11 @@ def require_dataset(folder: Path, dataset: Path) -> None:
 
 
 def load_surrogate(model: str, models: Path, backend: str | None = None) -> Any:
-    """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras."""
+    """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras.
+
+    Raises:
+        ValueError: The name of the model is not a plain name.
+    """
     from surrogate.backend import limit_threads
     from surrogate.training.model_directory import model_name
 

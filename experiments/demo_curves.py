@@ -59,9 +59,15 @@ def rounded(values: np.ndarray) -> list[float]:
 
 
 def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.ndarray:
-    """Choose `count` of protocols, the five quantities of shape (n,) by name, that cover their box evenly.
+    """Choose protocols that cover their box evenly.
 
-    Returns distinct indices of shape (count,), in the order of the Sobol sequence of the seed.
+    Args:
+        protocols: The five quantities by name, each of shape (n,).
+        count: Number of protocols to choose, from 1 to n.
+        seed: Seed of the Sobol sequence.
+
+    Returns:
+        Distinct indices into the arrays, of shape (count,), in the order of the sequence.
 
     Raises:
         ValueError: `count` is not between 1 and n.
@@ -87,7 +93,11 @@ def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force:
 
 
 def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
-    """Simulate the protocol of an entry, and take its force at the steps of a grid."""
+    """Simulate the protocol of an entry, and take its force at the steps of a grid.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
     protocol = curve["protocol"]
     trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
     return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times))
@@ -110,7 +120,11 @@ def other_solids(count: int) -> list[dict[str, Any]]:
 
 
 def contact(curve: dict[str, Any]) -> dict[str, Any]:
-    """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each."""
+    """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
     trajectory = Case.of(curve["protocol"]).simulated(ACCURACY, profiles=FRAMES)
     found = trajectory.profiles
     assert found is not None

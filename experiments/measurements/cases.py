@@ -171,10 +171,14 @@ def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndar
 
 
 def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Divide protocols, columns of shape (n,), by each quantity in turn; one that is the same for all divides nothing.
+    """Divide protocols by each quantity in turn.
 
-    Returns which protocols belong to each region, (n,), by its name, such as "Tabor parameter 0.2 to 1"; first "all".
-    Regions without any are left out.
+    Args:
+        quantities: Columns of shape (n,). One that is missing, or the same for all, divides nothing.
+
+    Returns:
+        Which protocols belong to each region, of shape (n,), by its name, such as "Tabor parameter 0.2 to 1"; first
+        "all". Regions without any are left out.
     """
     found = {"all": np.ones(len(next(iter(quantities.values()))), dtype=bool)}
     for name, (words, edges) in EDGES.items():

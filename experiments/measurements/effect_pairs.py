@@ -73,7 +73,11 @@ def case(effects: Effects, tabor: float, peak: float) -> tuple[Scene, PiecewiseL
 
 
 def seconds(effects: Effects, tabor: float, repeats: int) -> float:
-    """Median processor seconds of `simulate`, the call included, over runs of one peak each."""
+    """Median processor seconds of `simulate`, the call included, over runs of one peak each.
+
+    Raises:
+        RuntimeError: A simulation did not complete.
+    """
     spent = []
     for peak in np.linspace(0.9, 1.1, repeats):
         completed(simulate(*case(effects, tabor, float(peak))), effects.name)

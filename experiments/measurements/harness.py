@@ -200,8 +200,11 @@ def stated(options: Mapping[str, Any]) -> list[str]:
 def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
     """Write a result and say its numbers; if it has times, with the ratio of processor seconds to wall seconds.
 
-    `study` and its options are recorded as the command. Numbers that are not finite become `None` in a measurement, and
-    are refused elsewhere. With `busy`, a measurement is published even if the machine was busy.
+    Args:
+        out: The result file.
+        study: The module and its options, as the file records its command.
+        content: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
+        busy: Publish the measurement even if the machine was busy.
 
     Raises:
         RuntimeError: The machine was too busy; the measurement is written to `NOT_PUBLISHED`.

@@ -8,9 +8,14 @@ LEVELS = (0.5, 0.9, 0.99)
 
 
 def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Mean absolute difference of two forces over the range of the exact one: (count, steps) to (count,).
+    """Mean absolute difference of two forces over the range of the exact one.
 
-    Steps at which a tool gives no force (NaN) are left out; a trajectory without any has the error NaN.
+    Args:
+        found: Forces of shape (count, steps); NaN at steps for which a tool gives no force. These are left out.
+        exact: Exact forces, of the same shape.
+
+    Returns:
+        Errors of shape (count,); NaN for a trajectory without any force.
     """
     known = np.isfinite(found)
     total = np.sum(np.abs(np.where(known, found - exact, 0.0)), axis=1)
@@ -19,7 +24,12 @@ def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
 
 
 def answer_errors(answers: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
-    """Errors (count,) of pull-off force, hysteresis and forces, of which answers (count, 2 + steps) consist."""
+    """Errors of pull-off force, hysteresis and force, each of shape (count,).
+
+    Args:
+        answers: Pull-off force, hysteresis and forces at the measurement steps, of shape (count, 2 + steps).
+        exact: Exact answers, of the same shape.
+    """
     pull_off, hysteresis = np.abs(answers[:, :2] / exact[:, :2] - 1.0).T
     force = force_error(answers[:, 2:], exact[:, 2:])
     return {"pull_off_force": pull_off, "hysteresis": hysteresis, "force": force}

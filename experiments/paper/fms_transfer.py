@@ -41,7 +41,11 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
 
 
 def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
-    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations."""
+    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations.
+
+    Raises:
+        ValueError: The model was trained on another data set, so that its indices are not valid.
+    """
     from surrogate.data.dataset import Split, TrajectoryDataset
 
     common.require_dataset(models / config["model"], dataset)

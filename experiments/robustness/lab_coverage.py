@@ -74,7 +74,11 @@ def setup_of(truth: dict[str, float]) -> Setup:
 
 
 def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
-    """A noisy curve of a case; behind a cantilever its indentation is that of stage and measured force."""
+    """A noisy curve of a case; behind a cantilever its indentation is that of stage and measured force.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
     setup = setup_of(truth)
     stiffness = truth.get("stiffness", np.inf)
     bent = setup.force_scale / stiffness

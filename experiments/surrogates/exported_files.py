@@ -80,7 +80,10 @@ def multiplications(content: bytes, steps: int) -> int:
 def in_browser(
     contents: dict[str, bytes], inputs: dict[str, dict[str, np.ndarray]], chromium: str
 ) -> tuple[str, dict[str, Any]]:
-    """Run files in Chromium: its version, and of each file `milliseconds` of a protocol in every round and `forces`.
+    """Run files in Chromium, each with its inputs.
+
+    Returns:
+        The version of the browser, and for each file `milliseconds` of a protocol in every round and `forces`.
 
     Raises:
         RuntimeError: The browser did not run the files; the message ends with its own last line.

@@ -45,9 +45,12 @@ KNEE = 0.05  # residual below which least squares are used
 def reading_errors(
     times: np.ndarray, indentations: np.ndarray, force: np.ndarray, counts: tuple[int, int, int], true: np.ndarray
 ) -> np.ndarray:
-    """Relative errors of what histories (n, N) at the steps show, shape (4, n), in the order of `READINGS`.
+    """Relative errors of what forces at the steps show, shape (4, n), in the order of `READINGS`.
 
-    `counts` are the points of loading, dwell and unloading, `true` pull-off force and hysteresis, shape (2, n).
+    Args:
+        times, indentations, force: Histories of shape (n, N).
+        counts: Points of loading, dwell and unloading.
+        true: Pull-off force and hysteresis, shape (2, n).
     """
     from surrogate.data.metrics import hysteresis
     from surrogate.prediction.bands import results

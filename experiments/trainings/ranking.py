@@ -71,9 +71,11 @@ def interval(found: np.ndarray) -> tuple[float, float]:
 
 
 def hierarchical(found: np.ndarray, name: str) -> np.ndarray:
-    """Median error (resamples,) over resampled seeds, from replicates (seeds, resamples).
+    """Median error over resampled seeds, of shape (resamples,).
 
-    The name seeds the draw, so that the numbers of a model do not change when another is published.
+    Args:
+        found: Replicates of shape (seeds, resamples).
+        name: The model. It seeds the draw, so that the numbers of a model do not change when another is published.
     """
     seeds, resamples = found.shape
     drawn = np.random.default_rng([1, *name.encode()]).integers(seeds, size=(seeds, resamples))
@@ -109,10 +111,13 @@ def duels(
     drawn: Mapping[str, Mapping[str, np.ndarray]],
     seeds: Mapping[str, int],
 ) -> list[dict[str, Any]]:
-    """The order of the champion, which the paper ranks first, and each other contender: its probability by each metric.
+    """The order of the champion and each other contender, with its probability by each metric.
 
-    The error of a contender is that of its best model. `drawn` is what `hierarchical` returns, by metric and model, and
-    `seeds` the number of seeds of each model that has any.
+    Args:
+        champion: The contender that the paper ranks first.
+        contenders: The models of each contender; the error of a contender is that of its best model.
+        drawn: What `hierarchical` returns, by metric and model.
+        seeds: Number of seeds by model; zero for a model that is absent.
     """
     found = []
     for other in (label for label in contenders if label != champion):
@@ -151,10 +156,16 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
 def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[str, Any]) -> dict[str, Any]:
     """Decision on a ranking from one training of each model by the paper's recipe.
 
-    The order of two contenders is a tie if their errors `mse` differ by less than those of two seeds of some of the
-    models, whose `spread` is that of our recipe. Returns `lacking`, the models that are not trained yet; if there is
-    none, also `first`, `level` and `decision`; `ratio`, the error of the paper's first over the least of the others;
-    and `apart`, the largest ratio of two seeds.
+    The order of two contenders is a tie if their errors differ by less than those of two seeds of some of the models.
+
+    Args:
+        claim: The claim.
+        mse: Held-out errors by model.
+        spread: `min` and `max` over the seeds of our recipe, by model and metric.
+
+    Returns:
+        `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`; `ratio`,
+        the error of the paper's first over the least of the others; and `apart`, the largest ratio of two seeds.
     """
     champion, known = contenders(claim)
     models = [name for names in known.values() for name in names]

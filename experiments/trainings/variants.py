@@ -29,10 +29,17 @@ Work = Annotated[Path, typer.Option(help="Folder in which the trainings are kept
 
 @dataclass(frozen=True)
 class Variant:
-    """One training of an architecture by a recipe, the name or file of one; `label` is its directory, one plain name.
+    """One training.
 
-    With 0 epochs, it has those of the recipe. `fraction` is the share of the training part, `fold` the index of the
-    nested family of shares, `dataset` the file if it is not that of the study.
+    Args:
+        label: Name of its directory, one plain name.
+        architecture: One of the 18 paper models' names.
+        recipe: Name or file of the recipe.
+        epochs: Number of epochs; 0 for that of the recipe.
+        features: Feature set.
+        fraction: Share of the training part.
+        fold: Index of the nested family of shares.
+        dataset: Data set file, if it is not that of the study.
 
     Raises:
         ValueError: The label is not a plain name.
@@ -77,9 +84,14 @@ def train_variants(
 ) -> dict[Key, dict[str, Any]]:
     """Train the variants that are not trained yet, in their order; return the results of `collect` by place.
 
-    Trainings are kept in `work`. Those of the result file `out` are not repeated, and one of the published `models`
-    that was trained in the same way stands for a variant. `publish` is called with the results by place, once at the
-    start and after each training.
+    Args:
+        variants: The variants by their places in the result.
+        dataset: Data set file of the variants that have none of their own.
+        work: Folder in which the trainings of this study are kept.
+        models: Folder of published models; one that was trained in the same way stands for a variant.
+        out: Result file of the study, whose trainings are kept.
+        jobs: Trainings at a time.
+        publish: Called with the results by place, once at the start and after each training.
 
     Raises:
         typer.Exit: The queue was stopped before all variants were trained; the same call resumes.

@@ -1,4 +1,7 @@
-"""Figure and table: core time of data set, training and queries against their number, with break-even numbers."""
+"""Figure and table: core time of data set, training and queries against the number of queries, with break-even numbers.
+
+The figure reads the result of `experiments.trainings.training_costs`.
+"""
 
 from typing import Any
 

@@ -1,4 +1,7 @@
-"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes."""
+"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes.
+
+The figure reads the measurements of `experiments.measurements.effects` and `experiments.measurements.effect_pairs`.
+"""
 
 from typing import Any
 

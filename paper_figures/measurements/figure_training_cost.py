@@ -1,7 +1,8 @@
 """Figure: error against core minutes of training.
 
 Curves are validation errors. Held-out errors, measured once at the end of a training, are marked at its core minutes.
-A line above the figure names the trainings that are not published yet.
+The figure reads the result of `experiments.trainings.training_costs`; a line above it names the trainings that are not
+published yet.
 """
 
 from typing import Any

@@ -67,8 +67,15 @@ def seeds_of(ranking: Any, name: str) -> int:
 def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> bool:
     """Draw the median of a model over its seeds, with whiskers to the least and the largest value.
 
-    `ranking` is the result or `None`, `x` one of its metrics or a position, `y` a metric. Returns whether the model has
-    at least `SEVERAL` seeds; otherwise nothing is drawn.
+    Args:
+        axes: The panel.
+        ranking: The result `ranking`, or `None`.
+        name: The model.
+        x: A metric of the ranking, or a position.
+        y: A metric of the ranking.
+
+    Returns:
+        Whether the model has at least `SEVERAL` seeds; otherwise nothing is drawn.
     """
     if seeds_of(ranking, name) < SEVERAL:
         return False
@@ -107,9 +114,13 @@ def spread_line(ranking: Any, drawn: Sequence[str]) -> str:
 
 
 def write_states(drawn: Figure, content: Any, ranking: Any, models: Sequence[str]) -> None:
-    """Write below a figure which of its models are not drawn, and the number of seeds of those that are.
+    """Write below a figure which models are not drawn, and the number of seeds of those that are.
 
-    `content` is the result `model_comparison`, and `ranking` that of its name, or `None`.
+    Args:
+        drawn: The figure.
+        content: The result `model_comparison`.
+        ranking: The result `ranking`, or `None`.
+        models: The models that the figure is about, drawn or not.
     """
     missing = [name for name in content["missing"] if name in models]
     otherwise = {name: words for name, words in content["differences"].items() if name in models}
@@ -151,9 +162,12 @@ def handles() -> list[Line2D]:
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:
-    """One line that states which models are not drawn: not trained yet, or differently; empty if all are.
+    """One line that states which models are not drawn, and why; empty if all are.
 
-    `differences` are words for what differs, by model; those beside the 18 paper models are never drawn, and not named.
+    Args:
+        missing: Models that are not trained yet.
+        differences: Words for what differs, for each model that was trained differently. Models other than the 18 paper
+            models are never drawn, and not named.
     """
     parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {listed(missing)}"] if missing else []
     alike: dict[str, list[str]] = {}

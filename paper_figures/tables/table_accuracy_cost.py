@@ -1,4 +1,8 @@
-"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error."""
+"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
+
+`make docs-numbers` also writes the second table into docs/cost.md. The tables read the measurement of
+`experiments.measurements.accuracy_cost`.
+"""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,8 @@
-"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak."""
+"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak.
+
+The table reads the measurement of `experiments.robustness.hard_case_map`, and the soak of
+`experiments.robustness.random_scenes` if there is one.
+"""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,8 @@
-"""Table: seconds and errors on the same elastic sphere, for the solver and other software."""
+"""Table: seconds and errors on the same elastic sphere, for the solver and other software.
+
+`make docs-numbers` also writes the table into docs/cost.md. It reads the measurement of
+`experiments.measurements.peers`.
+"""
 
 from typing import Any
 

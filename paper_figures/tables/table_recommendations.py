@@ -1,4 +1,7 @@
-"""Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves."""
+"""Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves.
+
+The table reads the measurement of `experiments.measurements.recommendations`.
+"""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,7 @@
-"""Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call."""
+"""Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call.
+
+Reads the data of `errors_by_place`, `ways_to_call` and `exported_files` in `experiments.surrogates`.
+"""
 
 from pathlib import Path
 from typing import Any
