@@ -27,7 +27,29 @@ EXPORTED = "an ONNX file of `surrogate export`"
 
 
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
-    """Load a trained model; see `surrogate.load`."""
+    """Load a trained model.
+
+    Args:
+        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; name of a
+            published model, path of a model directory that `surrogate train` wrote, or path of an ONNX file that
+            `surrogate export` wrote.
+        root: Directory that is searched for names. By default `published` of the repository, then `published` of the
+            working directory, then the models packaged with an installation.
+        backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
+            differentiated.
+        threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
+
+    Returns:
+        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
+        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces; and `stream(scene)`
+        starts a step-by-step prediction.
+
+    Raises:
+        FileNotFoundError: the model directory or one of its files does not exist.
+        ModuleNotFoundError: Keras is not installed, and the backend is `"keras"`.
+        ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
+            finite, or the ONNX file was exported from other weights or with another scaling.
+    """
     if backend not in BACKENDS:
         raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
