@@ -158,15 +158,8 @@ def stirred(dataset, six):
 
 
 @pytest.fixture
-def tiny(monkeypatch):
-    """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
-    build_by(monkeypatch, build_tiny)
-    return build_tiny
-
-
-@pytest.fixture
 def least(monkeypatch):
-    """The same with one layer to train: with fewer weights a step of training compiles sooner."""
+    """Stand a model of one layer, with dropout, in for M1-concat: with few weights a step of training compiles soon."""
     build_by(monkeypatch, build_least)
     return build_least
 
