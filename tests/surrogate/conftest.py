@@ -120,6 +120,22 @@ def residual_block(_):
     return ResidualTCNBlock(4, name="block")
 
 
+QUICK = ("M1-concat", "M1-gated", "M2-concat", "M3-FiLM", "M4-gated", "M5-FiLM", "M6-gated")
+"""Models of all families and conditionings, and so of all layers."""
+
+
+def every_model(but=""):
+    """Parameters of a test: names, except those that begin so, and feature sets; models not in `QUICK` are slow."""
+    from surrogate.architectures.naming import paper_names
+
+    found = [
+        pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow)
+        for name in paper_names()
+        if not (but and name.startswith(but))
+    ]
+    return [*found, *(("M3-concat", features) for features in "ABCEF")]
+
+
 build_tiny = builder(residual_block)
 build_least = builder(lambda layers: layers.Dropout(0.1, name="dropout"))
 build_lstm = builder(lambda layers: layers.LSTM(4, return_sequences=True, name="lstm"))

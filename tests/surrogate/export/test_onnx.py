@@ -18,14 +18,11 @@ from surrogate.prediction.predictor import Surrogate
 from surrogate.training.exporting import folder_content
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute
-from tests.surrogate.conftest import scaling_of, scenes, write_onnx
+from tests.surrogate.conftest import every_model, scaling_of, scenes, write_onnx
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-@pytest.mark.parametrize(
-    ("name", "features"),
-    [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABCEF")],
-)
+@pytest.mark.parametrize(("name", "features"), every_model())
 def test_file_agrees_with_keras(name, features, stirred, six, tmp_path):
     backend, expected = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
