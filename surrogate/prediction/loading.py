@@ -5,7 +5,6 @@ Every ONNX file has a checksum and those of files beside it (`surrogate.export.o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +81,8 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
             raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
         loading, dwell, unloading = map(int, run["counts"])
-        network.steps = _steps_read(run.get("steps"), loading + dwell + unloading)
+        if (steps := run.get("steps")) is not None:  # without this entry, a network reads all of them
+            network.steps = [whole_number("steps", one, low=0, high=loading + dwell + unloading - 1) for one in steps]
         with np.load(folder / "bands.npz") as arrays:
             bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
         if bands.shape.shape[1] != loading + dwell + unloading:
@@ -93,13 +93,6 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
             f"other files ({shortened(str(error))})"
         ) from error
     return Surrogate(network, steps="physical", counts=(loading, dwell, unloading), bands=bands)
-
-
-def _steps_read(given: Any, count: int) -> Sequence[int] | slice:
-    """Return the steps that a network reads, all of them if its folder is older than this entry of `run.json`."""
-    if given is None:
-        return slice(None)
-    return [whole_number("steps", one, low=0, high=count - 1) for one in given]
 
 
 def _network(place: Path, backend: str, threads: int) -> Network:

@@ -68,8 +68,9 @@ def grid(dataset):
 
 def scaling_of(dataset, features="D", split=None):
     """The scaling of a training on a data set."""
+    from surrogate.training.identity import Run
     from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, fit_scaling
+    from surrogate.training.runs import fit_scaling
 
     return fit_scaling(Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features))
 
@@ -183,8 +184,10 @@ def least(monkeypatch):
 @pytest.fixture(scope="session")
 def trained_lstm(dataset, tmp_path_factory):
     """A directory with a model of a few weights, trained and published once, as M1-concat."""
+    from surrogate.training.identity import Run
+    from surrogate.training.model_directory import publish
     from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, execute, publish
+    from surrogate.training.runs import execute
 
     folder = tmp_path_factory.mktemp("models")
     # The step of Adam compiles in a fraction of the time that SOAP's takes.

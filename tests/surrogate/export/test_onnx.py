@@ -15,9 +15,9 @@ from surrogate.export.onnx import file_content
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import Surrogate
-from surrogate.training.exporting import folder_content
+from surrogate.training.identity import Run
 from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, execute
+from surrogate.training.runs import execute, folder_content
 from tests.surrogate.conftest import every_model, scaling_of, scenes, write_onnx
 
 
@@ -124,7 +124,7 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
     before = own.read_bytes()
     # An up-to-date file is copied, which takes no Keras.
     with monkeypatch.context() as patch:
-        patch.setattr("surrogate.training.exporting.keras_network", None)
+        patch.setattr("surrogate.training.runs.keras_network", None)
         code, out, _ = command("export", "M1-concat", "--out", tmp_path / "copy.onnx")
     assert (code, "copy.onnx" in out) == (0, True)
     assert (tmp_path / "copy.onnx").read_bytes() == before

@@ -17,10 +17,11 @@ import surrogate
 import surrogate.training.fitting as fitting
 from bem.dataset.sealed_file import arrays
 from surrogate.prediction.predictor import ExtrapolationWarning
+from surrogate.training.identity import Run
 from surrogate.training.model_directory import MODEL_FILES, publish
 from surrogate.training.recipe import Recipe
 from surrogate.training.run_folder import BACKUP, COLUMNS, locked, print_epoch, set_aside
-from surrogate.training.runs import Run, execute
+from surrogate.training.runs import execute
 from tests.surrogate.conftest import build_by, build_least, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
 
