@@ -133,18 +133,6 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
         assert stream.time == -np.inf
 
 
-@pytest.mark.parametrize("name", ["M1-concat", "M4-gated"])
-def test_the_clock_starts_with_the_history(name, stirred, history):
-    times, indentations, tabor = history
-    stream = Surrogate(stirred(name)[0]).stream(scene(tabor))
-    base = steps(stream, times, indentations)
-    stream.reset()
-    late = steps(stream, times + 1024.0, indentations)
-    assert stream.time == times[-1] + 1024.0
-    # Times lose their last digits beside a late clock.
-    np.testing.assert_allclose(late, base, rtol=1e-6, atol=1e-6)
-
-
 @pytest.mark.slow
 def test_a_step_allocates_nothing_that_stays(model):
     stream = model.stream(scene(1.0))
