@@ -127,11 +127,11 @@ QUICK = ("M1-concat", "M1-gated", "M2-concat", "M3-FiLM", "M4-gated", "M5-FiLM",
 
 def every_model(but=""):
     """Parameters of a test: names, except those that begin so, and feature sets; models not in `QUICK` are slow."""
-    from surrogate.architectures.naming import paper_names
+    from surrogate.architectures.naming import names
 
     found = [
         pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow)
-        for name in paper_names()
+        for name in names()
         if not (but and name.startswith(but))
     ]
     return [*found, *(("M3-concat", features) for features in "ABCEF")]

@@ -11,6 +11,7 @@ import surrogate
 from surrogate.architectures.blocks import EncoderBlock, ResidualTCNBlock
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import PARAMETER_COUNTS
+from tests.surrogate.conftest import QUICK
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_layers_are_named_both_inputs_matter_and_none_of_a_later_step(models, na
         assert difference[:5].max() < 1e-6
     # Any number of steps works.
     assert run(model, *inputs(3)).shape == (2, 3, 1)
-    if name in ("M2-concat", "M4-FiLM", "M5-gated"):  # every layer of the package is in one of them
+    if name in QUICK:
         model.save(tmp_path / "model.keras")
         again = run(keras.saving.load_model(tmp_path / "model.keras"), *three)
         np.testing.assert_allclose(again, [base, of_tabor, of_step], atol=1e-6)

@@ -71,9 +71,10 @@ def undisturbed(dataset_path, tmp_path_factory):
     return short_runs.weights(folder / "runs" / "M1-concat")
 
 
+@pytest.mark.slow  # `test_fitting.py` ends trainings at the same instant without a process
 @pytest.mark.parametrize(
     ("number", "status"),
-    [pytest.param(signal.SIGTERM, STOPPED, marks=pytest.mark.slow), (signal.SIGKILL, -signal.SIGKILL)],
+    [(signal.SIGTERM, STOPPED), (signal.SIGKILL, -signal.SIGKILL)],
 )
 def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path, tmp_path, number, status):
     process = start(tmp_path, dataset_path, WAIT_AFTER_EPOCH="2")
