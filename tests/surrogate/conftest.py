@@ -115,12 +115,6 @@ def builder(hidden):
     return build
 
 
-def residual_block(_):
-    from surrogate.architectures.blocks import ResidualTCNBlock
-
-    return ResidualTCNBlock(4, name="block")
-
-
 QUICK = ("M1-concat", "M1-gated", "M2-concat", "M3-FiLM", "M4-gated", "M5-FiLM", "M6-gated")
 """Models of all families and conditionings, and so of all layers."""
 
@@ -137,7 +131,6 @@ def every_model(but=""):
     return [*found, *(("M3-concat", features) for features in "ABCEF")]
 
 
-build_tiny = builder(residual_block)
 build_least = builder(lambda layers: layers.Dropout(0.1, name="dropout"))
 build_lstm = builder(lambda layers: layers.LSTM(4, return_sequences=True, name="lstm"))
 
