@@ -60,10 +60,6 @@ def in_two_parts(run, folder, epochs):
     return execute(run, folder)
 
 
-def values_of(variables):
-    return [keras.ops.convert_to_numpy(one).copy() for one in variables]
-
-
 class Notes(keras.callbacks.Callback):
     """Weights after each step, and after each epoch the rate and the random state of every dropout."""
 
@@ -72,7 +68,7 @@ class Notes(keras.callbacks.Callback):
         self.steps, self.dropout, self.shuffled = [], [], []
 
     def on_train_batch_end(self, *_, **__):
-        self.steps.append(values_of(self.model.trainable_variables))
+        self.steps.append([keras.ops.convert_to_numpy(one).copy() for one in self.model.trainable_variables])
 
     def on_epoch_end(self, *_, **__):
         # What a layer has drawn moves its state on: the compiled step must really draw nothing any more.
