@@ -1,27 +1,34 @@
-"""The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name.
-
-The module `m1_lstm` of the family M1 has a function `lstm`, and so have the others. It takes the two inputs and the
-conditioning, and returns features of shape `(batch, steps, features)` for the readout.
-"""
+"""The 18 paper models, one function per family, and registered architectures. `build` makes each of them by name."""
 
 from __future__ import annotations
 
-import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
-from surrogate.architectures.registry import REGISTERED, check_model, register
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED, check_model
 from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
     import keras
 
-__all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "register", "split_name"]
-
 
 def build(name: str, features: str = "D") -> keras.Model:
-    """Return an untrained model by name; see `surrogate.build`."""
+    """Return an untrained model: one of the 18 paper models, or one of a registered family.
+
+    Source: the paper's section "DL Models' architecture" and its appendices on architectures and layers.
+
+    Args:
+        name: One of `names()`, such as `"M1-concat"`.
+        features: Feature set of the sequence input, `"A"` to `"F"` (see `surrogate.data.features`).
+
+    Returns:
+        A functional model with two scaled inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
+        `(batch, 1)`. The output is the scaled force of shape `(batch, steps, 1)`.
+
+    Raises:
+        ModuleNotFoundError: Keras is not installed.
+        ValueError: the name or the feature set is unknown; the message lists the known ones.
+    """
     family, conditioning = split_name(name)
     import_keras()
     if family in REGISTERED:
@@ -31,8 +38,7 @@ def build(name: str, features: str = "D") -> keras.Model:
     import keras
 
     from surrogate.architectures.common import inputs, readout
+    from surrogate.architectures.families import HIDDEN
 
-    (path,) = Path(__file__).parent.glob(f"{family.lower()}_*.py")
-    hidden = getattr(importlib.import_module(f"{__name__}.{path.stem}"), path.stem.partition("_")[2])
     sequence, tabor = inputs(features)
-    return keras.Model([sequence, tabor], readout(hidden(sequence, tabor, conditioning)), name=name)
+    return keras.Model([sequence, tabor], readout(HIDDEN[family](sequence, tabor, conditioning)), name=name)

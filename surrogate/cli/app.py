@@ -20,7 +20,7 @@ from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.prediction.files import BANDED, find_model, model_roots
-from surrogate.training.model_directory import model_name, require_place
+from surrogate.training.model_directory import model_name, publish, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, run_queue, stop_request
 from surrogate.training.recipe import Recipe
 
@@ -125,7 +125,7 @@ def train(
         return
     import_keras()
     from surrogate.training.run_folder import print_epoch
-    from surrogate.training.runs import execute, publish
+    from surrogate.training.runs import execute
 
     progress = execute(
         run,
@@ -282,7 +282,8 @@ def export(
                 with suppress(ValueError, FileNotFoundError):
                     content = surrogate.load(folder).network.content()
             if content is None:
-                from surrogate.training.exporting import folder_content
+                import_keras()
+                from surrogate.training.runs import folder_content
 
                 content = folder_content(folder)
             with outputs.write(written) as part:

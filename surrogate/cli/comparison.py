@@ -113,7 +113,10 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
     """
     force = np.where(simulated.completed and predicted.completed, solver_force(predicted.time, simulated), np.nan)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
-    pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
+    # Of several cycles, the last unloading.
+    begin = predicted.time[predicted.unloading].min(initial=np.inf)
+    last = simulated.unloading & (simulated.time >= begin) & simulated.completed
+    pull_off = simulated.force[last].max() if last.any() else np.nan
     area = abs(float(np.trapezoid(force, predicted.indentation)))
     return {
         "solver_status": simulated.status,
@@ -123,14 +126,6 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
         "hysteresis_on_steps_percent": _percent(predicted.hysteresis, area),
         "force_rms": float(np.sqrt(np.mean((predicted.force - force) ** 2)) / np.ptp(force)),
     }
-
-
-def _largest_since(simulated: Any, instants: np.ndarray) -> float:
-    """Return the solver's largest force in the unloading phase of the prediction, the last one of several cycles."""
-    if instants.size == 0 or not simulated.completed:
-        return np.nan
-    last = simulated.unloading & (simulated.time >= instants[0])
-    return float(simulated.force[last].max()) if last.any() else np.nan
 
 
 def plot_predictions(

@@ -5,7 +5,6 @@ Every ONNX file has a checksum and those of files beside it (`surrogate.export.o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,29 @@ EXPORTED = "an ONNX file of `surrogate export`"
 
 
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
-    """Load a trained model; see `surrogate.load`."""
+    """Load a trained model.
+
+    Args:
+        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; name of a
+            published model, path of a model directory that `surrogate train` wrote, or path of an ONNX file that
+            `surrogate export` wrote.
+        root: Directory that is searched for names. By default `published` of the repository, then `published` of the
+            working directory, then the models packaged with an installation.
+        backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
+            differentiated.
+        threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
+
+    Returns:
+        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
+        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces; and `stream(scene)`
+        starts a step-by-step prediction.
+
+    Raises:
+        FileNotFoundError: the model directory or one of its files does not exist.
+        ModuleNotFoundError: Keras is not installed, and the backend is `"keras"`.
+        ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
+            finite, or the ONNX file was exported from other weights or with another scaling.
+    """
     if backend not in BACKENDS:
         raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
@@ -60,7 +81,8 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
             raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
         loading, dwell, unloading = map(int, run["counts"])
-        network.steps = _steps_read(run.get("steps"), loading + dwell + unloading)
+        if (steps := run.get("steps")) is not None:  # without this entry, a network reads all of them
+            network.steps = [whole_number("steps", one, low=0, high=loading + dwell + unloading - 1) for one in steps]
         with np.load(folder / "bands.npz") as arrays:
             bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
         if bands.shape.shape[1] != loading + dwell + unloading:
@@ -71,13 +93,6 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
             f"other files ({shortened(str(error))})"
         ) from error
     return Surrogate(network, steps="physical", counts=(loading, dwell, unloading), bands=bands)
-
-
-def _steps_read(given: Any, count: int) -> Sequence[int] | slice:
-    """Return the steps that a network reads, all of them if its folder is older than this entry of `run.json`."""
-    if given is None:
-        return slice(None)
-    return [whole_number("steps", one, low=0, high=count - 1) for one in given]
 
 
 def _network(place: Path, backend: str, threads: int) -> Network:

@@ -93,8 +93,13 @@ class Surrogate:
         """Ranges of the training, and those of the points, if they are placed by the physics."""
         if self.steps == "uniform":
             return self.scaling.ranges
+        # Compiled, so imported by the first such history.
+        from bem.dataset.physical_steps import BEFORE_CROSSING
+
+        before = BEFORE_CROSSING * self.counts[2]
         points = {name: (float(count), float(count)) for name, count in zip(validity.POINTS, self.counts, strict=True)}
-        return {**self.scaling.ranges, **points, "step_ratio": (1.0, np.inf)}
+        others = {"step_ratio": (1.0, np.inf), "compression_points": (before - 1.5, before + 1.5)}
+        return self.scaling.ranges | points | others
 
     @overload
     def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> PredictedTrajectory: ...
@@ -257,16 +262,9 @@ class Surrogate:
         tabor, ratio = self._contacts(scene, 1)
         outside = validity.excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges)
         validity.warn_of_extrapolation(self.name, outside)
-        ranges = self._ranges
-        if self.steps == "physical":
-            # Compiled, so imported by the first such stream.
-            from bem.dataset.physical_steps import BEFORE_CROSSING
-
-            before = BEFORE_CROSSING * self.counts[2]
-            ranges = ranges | {"compression_points": (before - 1.5, before + 1.5)}
         known = float(ratio[0]) if self.scaling.features in NEEDS_MATERIAL else None
         given = (self.network.content(), self.scaling)
-        return Stream(*given, tabor=float(tabor[0]), modulus_ratio=known, name=self.name, ranges=ranges)
+        return Stream(*given, tabor=float(tabor[0]), modulus_ratio=known, name=self.name, ranges=self._ranges)
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""

@@ -1,4 +1,7 @@
-"""One training run, from the data set to the model directory (`surrogate.training.model_directory`), and its errors."""
+"""One training run, from the data set to the model directory (`surrogate.training.model_directory`), and its errors.
+
+Also the ONNX file of a model directory, from its weights and scaling.
+"""
 
 from __future__ import annotations
 
@@ -13,26 +16,30 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import host
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FMS, measurement_grid
 from surrogate.architectures import build
-from surrogate.architectures.registry import source_of
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED, source_of
 from surrogate.backend import versions
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import joined_examples, physical_channels, scaled_examples
+from surrogate.data.features import edge_from_counts
 from surrogate.data.metrics import summary, trajectory_errors
 from surrogate.data.scaling import Scaling
 from surrogate.export.keras_layers import NotExportableError
+from surrogate.export.onnx import file_content
 from surrogate.export.onnx_file import ONNX_NAME
-from surrogate.prediction.networks import KerasNetwork
+from surrogate.prediction.files import read_run, weights_sha256
+from surrogate.prediction.networks import KerasNetwork, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
-from surrogate.training.exporting import folder_content
 from surrogate.training.fitting import fit, started
 from surrogate.training.identity import Run
-from surrogate.training.model_directory import publish
 from surrogate.training.run_folder import Progress, Report, locked
 
-__all__ = ["Run", "evaluate_published", "execute", "fit_scaling", "publish", "write_errors"]
-
 RUN_FORMAT = "viscoelastic-contact-surrogate"
+AGREEMENT = 1e-3
+"""Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
 
 
 def fit_scaling(run: Run) -> Scaling:
@@ -137,6 +144,37 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
     }
     for name, written in {"metrics": metrics, "run": content}.items():
         (target / f"{name}.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+
+
+def folder_content(folder: Path) -> bytes:
+    """Return the bytes of the ONNX file of a model directory.
+
+    Raises:
+        FileNotFoundError: the directory is not complete.
+        NotExportableError: a registered architecture has a layer that cannot be exported, or that computes otherwise in
+            ONNX Runtime than in Keras.
+        ValueError: the weights do not fit the architecture.
+    """
+    run, scaling = read_run(folder)
+    network = keras_network(folder, run, scaling)
+    content = file_content(
+        network.model,
+        scaling,
+        name=run["name"],
+        architecture=run["architecture"],
+        weights_sha256=weights_sha256(folder),
+    )
+    if split_name(run["architecture"])[0] in REGISTERED:  # tests compare the 18 paper models with Keras
+        protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
+        given = (*measurement_grid(**protocols), protocols["tabor"], None, edge_from_counts(FMS, 3))
+        expected, found = network.force(*given), OnnxNetwork(content, scaling, run["name"]).force(*given)
+        differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+        if not differences.max() <= AGREEMENT:
+            raise NotExportableError(
+                f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one "
+                f"that differs by {differences.max():.1e}, because a layer computes something else than its class says"
+            )
+    return content
 
 
 def evaluate(network: KerasNetwork, dataset: TrajectoryDataset, indices: np.ndarray) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 import bem.dataset.file
 from bem.dataset.measurement_steps import measurement_grid
@@ -49,6 +50,13 @@ def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
     return path
 
 
+@pytest.fixture(scope="module", autouse=True)
+def one_thread():
+    """On small matrices, threads of BLAS wait for each other longer than they compute."""
+    with threadpool_limits(1, "blas"):
+        yield
+
+
 @pytest.fixture(scope="session")
 def dataset_path(tmp_path_factory):
     return write_dataset(tmp_path_factory.mktemp("data") / "dataset.h5", 60)
@@ -68,8 +76,9 @@ def grid(dataset):
 
 def scaling_of(dataset, features="D", split=None):
     """The scaling of a training on a data set."""
+    from surrogate.training.identity import Run
     from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, fit_scaling
+    from surrogate.training.runs import fit_scaling
 
     return fit_scaling(Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features))
 
@@ -114,13 +123,22 @@ def builder(hidden):
     return build
 
 
-def residual_block(_):
-    from surrogate.architectures.blocks import ResidualTCNBlock
-
-    return ResidualTCNBlock(4, name="block")
+QUICK = ("M1-concat", "M1-gated", "M2-concat", "M3-FiLM", "M4-gated", "M5-FiLM", "M6-gated")
+"""Models of all families and conditionings, and so of all layers."""
 
 
-build_tiny = builder(residual_block)
+def every_model(but=""):
+    """Parameters of a test: names, except those that begin so, and feature sets; models not in `QUICK` are slow."""
+    from surrogate.architectures.naming import names
+
+    found = [
+        pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow)
+        for name in names()
+        if not (but and name.startswith(but))
+    ]
+    return [*found, *(("M3-concat", features) for features in "ABCEF")]
+
+
 build_least = builder(lambda layers: layers.Dropout(0.1, name="dropout"))
 build_lstm = builder(lambda layers: layers.LSTM(4, return_sequences=True, name="lstm"))
 
@@ -158,15 +176,8 @@ def stirred(dataset, six):
 
 
 @pytest.fixture
-def tiny(monkeypatch):
-    """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
-    build_by(monkeypatch, build_tiny)
-    return build_tiny
-
-
-@pytest.fixture
 def least(monkeypatch):
-    """The same with one layer to train: with fewer weights a step of training compiles sooner."""
+    """Stand a model of one layer, with dropout, in for M1-concat: with few weights a step of training compiles soon."""
     build_by(monkeypatch, build_least)
     return build_least
 
@@ -174,8 +185,10 @@ def least(monkeypatch):
 @pytest.fixture(scope="session")
 def trained_lstm(dataset, tmp_path_factory):
     """A directory with a model of a few weights, trained and published once, as M1-concat."""
+    from surrogate.training.identity import Run
+    from surrogate.training.model_directory import publish
     from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, execute, publish
+    from surrogate.training.runs import execute
 
     folder = tmp_path_factory.mktemp("models")
     # The step of Adam compiles in a fraction of the time that SOAP's takes.

@@ -6,7 +6,7 @@ from experiments.common import dataset_digest
 from experiments.paper.model_comparison import epoch_seconds, minutes_to, read_model
 from experiments.trainings import training_costs
 from tests.experiments import models
-from tests.surrogate.conftest import build_tiny
+from tests.surrogate.conftest import build_least
 
 
 def write_model(folder, dataset, mse, **run):
@@ -55,7 +55,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
 @pytest.mark.slow
 def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
     # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
-    monkeypatch.setattr("surrogate.build", build_tiny)
+    monkeypatch.setattr("surrogate.build", build_least)
     monkeypatch.setattr(training_costs, "names", lambda: ["M3-concat", "M4-gated"])
     monkeypatch.setattr(training_costs, "limit_threads", lambda _: None)
     found = training_costs.study_training_speed(dataset, repeats=2)

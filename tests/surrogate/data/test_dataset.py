@@ -8,7 +8,6 @@ import pytest
 
 from bem.dataset.designs import QUANTITIES
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.examples import scaled_examples
 from surrogate.data.scaling import symlog
 from surrogate.training import runs
 from tests.data_files import editing
@@ -99,13 +98,6 @@ def test_split_round_trip(dataset, tmp_path):
             Split.load(tmp_path / "split.json")
 
 
-def test_examples_have_the_models_shapes(dataset):
-    examples = scaled_examples(dataset, dataset.split().test, scaling_of(dataset))
-    assert (examples.sequence.shape, examples.tabor.shape) == ((6, 120, 4), (6, 1))
-    assert examples.force.shape == (6, 120, 1)
-    assert {array.dtype.name for array in vars(examples).values()} == {"float32"}
-
-
 def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
     seen = {}
     monkeypatch.setattr(runs, "trajectory_errors", lambda *_, **given: seen.update(given))
@@ -117,38 +109,39 @@ def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
     assert seen["native_pull_off_force"].tolist() == dataset.scalars["pull_off_force"][:3].tolist()
 
 
-def test_the_digest_of_the_forces_is_that_of_their_bytes(dataset_path, tmp_path):
-    path = tmp_path / "other.h5"
-    whole = TrajectoryDataset.load(dataset_path)
-    for name in ("fms/force", "scalars/hysteresis"):
-        path.write_bytes(dataset_path.read_bytes())
+def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
+    """The digest of the forces is that of their bytes, the other one of what is asked."""
+
+    def changed(change):
+        path = shutil.copy(dataset_path, tmp_path / "other.h5")
         with editing(path) as file:
             file.attrs["wall_seconds"] = 13.0
-        assert TrajectoryDataset.load(path).forces_sha256 == whole.forces_sha256
-        with editing(path) as file:
+            change(file)
+        return TrajectoryDataset.load(path)
+
+    def shift(name, row=...):
+        def change(file):
             values = file[name][...]
-            values.flat[7] = np.nextafter(values.flat[7], np.inf, dtype=values.dtype)
+            values.flat[row] = np.nextafter(values.flat[row], np.inf, dtype=values.dtype)
             file[name][...] = values
-        assert TrajectoryDataset.load(path).sha256 == whole.sha256
-        assert TrajectoryDataset.load(path).forces_sha256 != whole.forces_sha256
 
+        return change
 
-def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
-    path = tmp_path / "again.h5"
-    path.write_bytes(dataset_path.read_bytes())
-    with editing(path) as file:
-        file.attrs["wall_seconds"] = 12.0
-        file["fms/force"][...] *= np.float32(1.0 + 1e-6)
-        file["protocols/dwell_time"][...] = np.nextafter(file["protocols/dwell_time"][...], np.inf)
-    asked = TrajectoryDataset.load(dataset_path).sha256
-    assert TrajectoryDataset.load(path).sha256 == asked
-    assert TrajectoryDataset.load(path).forces_sha256 != TrajectoryDataset.load(dataset_path).forces_sha256
-    for change in ("accuracy", "tabor"):
-        path.write_bytes(dataset_path.read_bytes())
-        with editing(path) as file:
-            if change == "accuracy":
-                campaign = json.loads(file.attrs["campaign"]) | {"accuracy": "draft"}
-                file.attrs.update(accuracy="draft", campaign=json.dumps(campaign))
-            else:
-                file["protocols/tabor"][0] *= 1.001
-        assert TrajectoryDataset.load(path).sha256 != asked
+    def draft(file):
+        campaign = json.loads(file.attrs["campaign"]) | {"accuracy": "draft"}
+        file.attrs.update(accuracy="draft", campaign=json.dumps(campaign))
+
+    def other_tabor(file):
+        file["protocols/tabor"][0] *= 1.001
+
+    whole = TrajectoryDataset.load(dataset_path)
+    for change, asked, forces in (
+        (lambda _: None, True, True),
+        (shift("fms/force", 7), True, False),
+        (shift("scalars/hysteresis", 7), True, False),
+        (shift("protocols/dwell_time"), True, True),
+        (draft, False, False),
+        (other_tabor, False, False),
+    ):
+        found = changed(change)
+        assert (found.sha256 == whole.sha256, found.forces_sha256 == whole.forces_sha256) == (asked, forces)

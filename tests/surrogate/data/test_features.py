@@ -9,7 +9,6 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
 from bem.reference_solutions import hereditary_hertz
 from surrogate.data.features import channel_names, channels, edge_from_counts, edge_from_indentations, plateau
-from surrogate.data.scaling import Scaling
 
 PROTOCOL = {"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
 
@@ -74,19 +73,6 @@ def test_sets_that_cannot_be_computed(features, words):
     times, indentations = histories()
     with pytest.raises(ValueError, match=words):
         channels(times, indentations, np.zeros_like(times), features)
-
-
-def test_every_channel_of_f_is_scaled_to_mean_zero_and_deviation_one():
-    times, indentations = histories()
-    found = channels(
-        times, indentations, edge_from_indentations(indentations), "F", tabor=np.ones(2), modulus_ratio=0.1
-    )
-    scaling = Scaling.fit(found, tabor=np.array([1.0, 2.0]), force=np.ones((2, 3)), features="F")
-    scaled = scaling.scale_channels(found).reshape(-1, 12)
-    varying = np.array([name != "log_modulus_ratio" for name in channel_names("F")])
-    np.testing.assert_allclose(scaled.mean(axis=0), 0.0, atol=1e-5)
-    np.testing.assert_allclose(scaled.std(axis=0), varying, atol=1e-5)
-    assert Scaling.from_json(scaling.to_json(), "here") == scaling
 
 
 def test_velocity_is_the_backward_difference():

@@ -36,14 +36,6 @@ def test_symexp_inverts_symlog(value):
     np.testing.assert_allclose(symexp(symlog(np.array(value))), value, rtol=1e-13, atol=1e-300)
 
 
-def test_time_is_transformed_twice(scaling, physical):
-    times = physical[..., 0]
-    twice = np.log1p(np.log1p(times))
-    assert scaling.channel_mean[0] == pytest.approx(twice.mean())
-    expected = (twice - twice.mean()) / twice.std()
-    np.testing.assert_allclose(scaling.scale_channels(physical)[..., 0], expected, atol=1e-5)
-
-
 def test_every_channel_is_transformed_as_the_paper_says():
     # One point each, where the statistics do nothing: zero mean, unit deviation.
     unit = Scaling("C", channel_mean=(0.0,) * 4, channel_scale=(1.0,) * 4, tabor=(0.0, 1.0), force=(0.0, 1.0))

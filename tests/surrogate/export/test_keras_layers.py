@@ -15,18 +15,19 @@ from surrogate.export.keras_layers import NotExportableError, add_network
 from surrogate.export.onnx import file_content
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.prediction.networks import KerasNetwork
+from surrogate.training.identity import Run
 from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, execute
+from surrogate.training.runs import execute
 from tests.surrogate.conftest import scaling_of, scenes
 
 
 def test_a_layer_that_cannot_be_exported_leaves_the_model_for_keras(dataset, tmp_path):
-    def recurrent(conditioning, features, name):
+    def noisy(conditioning, features, name):
         sequence, tabor = inputs(features)
-        hidden = layers.GRU(3, return_sequences=True, name="gru")(AppendTabor()(sequence, tabor))
+        hidden = layers.GaussianNoise(0.1, name="noise")(AppendTabor()(sequence, tabor))
         return keras.Model([sequence, tabor], layers.Dense(1)(hidden), name=name)
 
-    surrogate.register("M7", recurrent)
+    surrogate.register("M7", noisy)
     run = Run("M7-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1, optimizer="adam"))
     (tmp_path / "model").mkdir()
     (tmp_path / "model" / "model.onnx").write_text("of an earlier attempt")
@@ -35,7 +36,7 @@ def test_a_layer_that_cannot_be_exported_leaves_the_model_for_keras(dataset, tmp
     assert said[-1].startswith(
         "M7-concat: no model.onnx is written, so the model predicts with backend='keras' only. Expected "
     )
-    assert said[-1].endswith("Received: GRU 'gru'")
+    assert said[-1].endswith("Received: GaussianNoise 'noise'")
     assert not (tmp_path / "model" / "model.onnx").exists()
     times, indentations = dataset.grid(run.split.train[:2])
     trained = surrogate.load(tmp_path / "model", backend="keras")

@@ -15,17 +15,12 @@ from surrogate.export.onnx import file_content
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import Surrogate
-from surrogate.training.exporting import folder_content
-from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, execute
-from tests.surrogate.conftest import scaling_of, scenes, write_onnx
+from surrogate.training.runs import folder_content
+from tests.surrogate.conftest import every_model, scaling_of, scenes, write_onnx
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-@pytest.mark.parametrize(
-    ("name", "features"),
-    [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABCEF")],
-)
+@pytest.mark.parametrize(("name", "features"), every_model())
 def test_file_agrees_with_keras(name, features, stirred, six, tmp_path):
     backend, expected = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
@@ -127,7 +122,7 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
     before = own.read_bytes()
     # An up-to-date file is copied, which takes no Keras.
     with monkeypatch.context() as patch:
-        patch.setattr("surrogate.training.exporting.keras_network", None)
+        patch.setattr("surrogate.training.runs.keras_network", None)
         code, out, _ = command("export", "M1-concat", "--out", tmp_path / "copy.onnx")
     assert (code, "copy.onnx" in out) == (0, True)
     assert (tmp_path / "copy.onnx").read_bytes() == before
@@ -177,17 +172,3 @@ def test_inputs_on_short_and_long_steps_and_at_large_times(name, features, stirr
         ]
         scaled = [backend.scaling.scale_force(force) for force in forces]
         np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
-
-
-def test_a_training_with_inputs_of_the_material_leaves_a_file(least, dataset, six, tmp_path):
-    recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
-    execute(Run("M1-concat", dataset, dataset.split(), recipe, features="F"), tmp_path)
-    model = surrogate.load(tmp_path / "model")
-    assert (model.network.complete, model.scaling.features, model.modulus_ratio) == (True, "F", 0.1)
-    times, indentations, (scene,) = (part[:1] for part in six)
-    expected = surrogate.load(tmp_path / "model", backend="keras").predict_history(times, indentations, scene)
-    atol = 1e-5 * np.ptp(expected)
-    np.testing.assert_allclose(model.predict_history(times, indentations, scene), expected, rtol=0.0, atol=atol)
-    edge = np.isin(np.arange(times.shape[1]), [49, 69])
-    streamed = model.stream(scene).run(times[0], indentations[0], edge)
-    np.testing.assert_allclose(streamed, expected[0], rtol=0.0, atol=atol)

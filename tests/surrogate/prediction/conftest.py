@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import keras
 import numpy as np
@@ -60,12 +61,12 @@ RANGES = {
 }
 
 
-@pytest.fixture
-def untrained(tmp_path):
+@pytest.fixture(scope="session")
+def made(tmp_path_factory):
     """A folder as `make pretrained` leaves it, of a network that nobody trained."""
     from surrogate.training.pretrained import network
 
-    folder = tmp_path / "fast"
+    folder = tmp_path_factory.mktemp("made") / "fast"
     folder.mkdir()
     keras.utils.set_random_seed(0)
     (folder / "model.onnx").write_bytes(network_content([network("LSTM", (4,), PHYSICAL)], "F", "fast"))
@@ -82,5 +83,11 @@ def untrained(tmp_path):
 
 
 @pytest.fixture
-def banded(untrained):
-    return load_banded(untrained)
+def untrained(made, tmp_path):
+    """A copy of it, to damage."""
+    return shutil.copytree(made, tmp_path / "fast")
+
+
+@pytest.fixture(scope="session")
+def banded(made):
+    return load_banded(made)

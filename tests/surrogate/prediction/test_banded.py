@@ -1,5 +1,6 @@
 """Models with bands: any standard linear solid, how bands cover, one warning outside, folders that fit together."""
 
+import functools
 import json
 import random
 import shutil
@@ -131,7 +132,7 @@ def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
 
 
 def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
-    columns = Design("log-uniform").protocols(400, seed=3)
+    columns = Design("log-uniform").protocols(200, seed=3)
     solids = [Scene(tabor) for tabor in columns.pop("tabor").tolist()]
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     protocols = [LoadingProtocol(**dict(zip(columns, row, strict=True))) for row in rows]
@@ -255,6 +256,7 @@ def widths_of(bands, known, coverage):
     return found | {name: found[name][:, np.newaxis] * bands.shape[rows] for name in BANDS}
 
 
+@functools.cache
 def calibrated(count=20_000, seed=0, fitted=4000, corners=400):
     return Bands.calibrate(BOX, *drawn(count, seed, corners), fitted)
 

@@ -259,11 +259,6 @@ def test_histories_that_are_not_one_cycle(indentations):
         fit_protocol(TIMES[:2], indentations[:2])
 
 
-def test_a_long_history_is_fitted():
-    _, found = fitted(*history(points=(30_000, 500, 15_000), noise=1e-2), ends=START)
-    assert found == pytest.approx(WANTED, rel=1e-3)
-
-
 def test_a_longer_dwell_grows_around_its_middle():
     found, (_, _, dwell_time, _) = fitted(*history(points=(50, 20, 50)))
     begin, first, second, end = found.corners

@@ -11,7 +11,7 @@ import pytest
 import surrogate
 from surrogate.export.onnx_file import sealed
 from surrogate.prediction.networks import load_weights
-from surrogate.training.exporting import folder_content
+from surrogate.training.runs import folder_content
 from tests.data_files import damaged
 
 NO_RUN = r"a run\.json that `surrogate train` wrote"

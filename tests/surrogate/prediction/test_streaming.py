@@ -16,10 +16,10 @@ from surrogate.data.features import edge_from_counts
 from surrogate.prediction.predictor import Surrogate
 from surrogate.prediction.stream import Stream
 from surrogate.prediction.validity import ExtrapolationWarning
+from tests.surrogate.conftest import every_model
 from tests.surrogate.prediction.conftest import PROTOCOL
 
 HISTORY = 4
-CAUSAL = [name for name in surrogate.names() if not name.startswith("M5")]
 pytestmark = pytest.mark.filterwarnings("ignore:.*extrapolates")
 
 
@@ -43,9 +43,7 @@ def steps(stream, times, indentations, edges=(49, 69)):
     return np.array([stream.step(time, depth, edge=index in edges) for index, (time, depth) in points])
 
 
-@pytest.mark.parametrize(
-    ("name", "features"), [*((name, "D") for name in CAUSAL), *(("M3-concat", features) for features in "ABCEF")]
-)
+@pytest.mark.parametrize(("name", "features"), every_model(but="M5"))
 def test_steps_equal_the_whole_sequence(name, features, stirred, history):
     backend, wholes = stirred(name, features)
     times, indentations, tabor = history
@@ -55,8 +53,8 @@ def test_steps_equal_the_whole_sequence(name, features, stirred, history):
 
 
 def test_a_model_that_looks_ahead_cannot_stream(stirred):
-    with pytest.raises(ValueError, match=r"causal model.*use `predict`.*M5-concat"):
-        Surrogate(stirred("M5-concat")[0]).stream(scene(1.0))
+    with pytest.raises(ValueError, match=r"causal model.*use `predict`.*M5-FiLM"):
+        Surrogate(stirred("M5-FiLM")[0]).stream(scene(1.0))
 
 
 def test_reset_and_snapshot(model, history):
@@ -133,18 +131,6 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
         with pytest.raises(ValueError, match=words):
             stream.run(*bad)
         assert stream.time == -np.inf
-
-
-@pytest.mark.parametrize("name", ["M1-concat", "M2-concat", "M4-gated"])
-def test_the_clock_starts_with_the_history(name, stirred, history):
-    times, indentations, tabor = history
-    stream = Surrogate(stirred(name)[0]).stream(scene(tabor))
-    base = steps(stream, times, indentations)
-    stream.reset()
-    late = steps(stream, times + 1024.0, indentations)
-    assert stream.time == times[-1] + 1024.0
-    # Times lose their last digits beside a late clock.
-    np.testing.assert_allclose(late, base, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.slow

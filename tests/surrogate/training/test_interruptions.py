@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from surrogate.cli.app import app
 from surrogate.training.queue import STOPPED, stop_request
 from tests.processes import ROOT
-from tests.surrogate.conftest import build_by, build_lstm
+from tests.surrogate.conftest import build_by, build_least
 from tests.surrogate.training import short_runs
 
 EPOCHS = 6
@@ -53,7 +53,7 @@ def start(folder, dataset_path, recipe=RECIPE, **environment):
 def train(folder, dataset_path, recipe=RECIPE):
     """The same command in this process, which has started Keras already."""
     with pytest.MonkeyPatch.context() as patch:
-        build_by(patch, build_lstm)
+        build_by(patch, build_least)
         patch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
         result = CliRunner().invoke(app, words(folder, dataset_path, recipe))
     assert result.exit_code == 0, result.output
@@ -71,9 +71,10 @@ def undisturbed(dataset_path, tmp_path_factory):
     return short_runs.weights(folder / "runs" / "M1-concat")
 
 
+@pytest.mark.slow  # `test_fitting.py` ends trainings at the same instant without a process
 @pytest.mark.parametrize(
     ("number", "status"),
-    [pytest.param(signal.SIGTERM, STOPPED, marks=pytest.mark.slow), (signal.SIGKILL, -signal.SIGKILL)],
+    [(signal.SIGTERM, STOPPED), (signal.SIGKILL, -signal.SIGKILL)],
 )
 def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path, tmp_path, number, status):
     process = start(tmp_path, dataset_path, WAIT_AFTER_EPOCH="2")

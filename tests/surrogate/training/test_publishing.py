@@ -10,10 +10,10 @@ from experiments.common import load_surrogate
 from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
 from surrogate.prediction.files import find_model
+from surrogate.training.identity import Run
 from surrogate.training.model_directory import CARD, CARD_MARK, model_name, publish, require_place
 from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run
 from tests.surrogate.conftest import trained_as
 
 PATHS = ["../victim", "/tmp/victim", ".", "..", "", "a/b", "a\\b", ".hidden", "-r", "a b", "a\n", "é", "n" * 65]

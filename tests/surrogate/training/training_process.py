@@ -11,7 +11,7 @@ import surrogate.prediction.networks
 import surrogate.training.fitting
 import surrogate.training.runs
 from surrogate.cli.app import app_main
-from tests.surrogate.conftest import build_lstm
+from tests.surrogate.conftest import build_least
 
 
 def waiting(save):
@@ -26,6 +26,6 @@ def waiting(save):
 
 
 if __name__ == "__main__":
-    surrogate.training.runs.build = surrogate.prediction.networks.build = build_lstm
+    surrogate.training.runs.build = surrogate.prediction.networks.build = build_least
     surrogate.training.fitting.save_progress = waiting(surrogate.training.fitting.save_progress)
     app_main()
