@@ -1,15 +1,23 @@
-"""The 18 paper models, one function per family, and registered architectures. `build` makes each of them by name."""
+"""The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name.
+
+The module `m1_lstm` of the family M1 has a function `lstm`, and so have the others. It takes the two inputs and the
+conditioning, and returns features of shape `(batch, steps, features)` for the readout.
+"""
 
 from __future__ import annotations
 
+import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from surrogate.architectures.naming import split_name
-from surrogate.architectures.registry import REGISTERED, check_model
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
+from surrogate.architectures.registry import REGISTERED, check_model, register
 from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
     import keras
+
+__all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "register", "split_name"]
 
 
 def build(name: str, features: str = "D") -> keras.Model:
@@ -38,7 +46,8 @@ def build(name: str, features: str = "D") -> keras.Model:
     import keras
 
     from surrogate.architectures.common import inputs, readout
-    from surrogate.architectures.families import HIDDEN
 
+    (path,) = Path(__file__).parent.glob(f"{family.lower()}_*.py")
+    hidden = getattr(importlib.import_module(f"{__name__}.{path.stem}"), path.stem.partition("_")[2])
     sequence, tabor = inputs(features)
-    return keras.Model([sequence, tabor], readout(HIDDEN[family](sequence, tabor, conditioning)), name=name)
+    return keras.Model([sequence, tabor], readout(hidden(sequence, tabor, conditioning)), name=name)
