@@ -59,7 +59,7 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
-            first = _begin(content, BLOCK)
+            first = content.read(BLOCK)
             if first.startswith(_HDF5):
                 raise ValueError(f"{received}, an HDF5 file of another kind, or without the checksum of a data set")
             # A file that is cut within the title counts too.
@@ -116,11 +116,6 @@ def arrays(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
         yield path, item
 
 
-def _begin(content: BinaryIO, size: int) -> bytes:
-    content.seek(0)
-    return content.read(size)
-
-
 def _block(content: BinaryIO) -> bytes:
     """The first block that belongs to the other bytes of a file."""
     digest = hashlib.sha256()
@@ -132,5 +127,6 @@ def _block(content: BinaryIO) -> bytes:
 
 def _is_written_to(content: BinaryIO) -> bool:
     """Whether the HDF5 library has marked a file as open for writing, in the superblock behind the first block."""
-    superblock = _begin(content, BLOCK + 24)[BLOCK:]
+    content.seek(BLOCK)
+    superblock = content.read(24)
     return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1
