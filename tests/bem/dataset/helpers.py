@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from bem.cli.app import app
-from bem.dataset.executors import CampaignError
+from bem.dataset.executors import CampaignError, Executor
 from bem.dataset.journal import MARK
 from bem.dataset.run import run_campaign
 from bem.dataset.sealed_file import arrays, open_dataset
@@ -22,7 +22,6 @@ from tests.bem.dataset import stand_in
 from tests.data_files import editing
 from tests.processes import ROOT
 
-TIMINGS = ("scalars/solver_seconds",)
 HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
 
 
@@ -46,17 +45,12 @@ def command(*arguments, solver=None):
         signal.signal(signal.SIGTERM, former)  # a campaign takes it for itself
 
 
-def numbers(path):
-    with open_dataset(path) as file:
-        return {name: item[...] for name, item in arrays(file) if name not in TIMINGS}
-
-
-def assert_same_numbers(path, other):
-    np.testing.assert_equal(numbers(path), numbers(other))
-
-
-def children(parent):
-    return list(map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="utf-8").split()))
+def assert_same_numbers(*paths):
+    found = []
+    for path in paths:
+        with open_dataset(path) as file:
+            found.append({name: item[...] for name, item in arrays(file) if name != "scalars/solver_seconds"})
+    np.testing.assert_equal(*found)
 
 
 def journals(out):
@@ -73,10 +67,6 @@ def wait_for(condition):
     while not condition():
         assert time.monotonic() < limit
         time.sleep(0.005)
-
-
-def await_parts(out, process, at_least):
-    wait_for(lambda: len(parts(out)) >= at_least or process.poll() is not None)
 
 
 def start_command(*arguments, **options):
@@ -150,16 +140,13 @@ def begun(plan, out):
     return journals(out)
 
 
-class Here:
+class Here(Executor):
     """A pool that works in this process."""
 
     workers = 1
 
     def __init__(self, *_):
         pass
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         pass

@@ -9,9 +9,8 @@ import numpy as np
 
 from bem.accuracy import resolve_accuracy
 from bem.dataset.cases import ARRAYS
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import LoadingProtocol, history_of
-from bem.scene import Scene
+from bem.materials import Elastic, PronySeries
+from bem.protocol import history_of
 from bem.trajectory import Jump, Statistics, Trajectory
 
 
@@ -60,9 +59,3 @@ def fails_until_mended(scene, protocol, accuracy="standard"):
         raise ArithmeticError("not mended yet")
     begin = {name: getattr(complete, name)[:10] for name in ARRAYS}
     return replace(complete, **begin, status="stopped") if isinstance(scene.material, PronySeries) else complete
-
-
-def case(quantities):
-    """Scene and protocol of some quantities."""
-    rest = {name: float(value) for name, value in quantities.items()}
-    return Scene(rest.pop("tabor"), StandardLinearSolid(0.1)), LoadingProtocol(**rest)

@@ -95,8 +95,8 @@ def test_a_batch_travels_with_its_own_protocols_only():
             yield from super().run(deque([batches[-1]]), lambda batch: pickle.loads(pickle.dumps(task))(batch))
 
     for record in next(results(plan, plan.indices, Pool(), stand_in.solve)).records:
-        quantities = {name: values[record["index"]] for name, values in plan.protocols.items()}
-        assert record["scalars/end_force"] == stand_in.solve(*stand_in.case(quantities)).end_force
+        (case,) = plan.cases_of(np.array([record["index"]]))
+        assert record["scalars/end_force"] == stand_in.solve(*case).end_force
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -19,14 +19,16 @@ from tests.bem.dataset import helpers, stand_in
 from tests.data_files import editing
 
 WORDS = ("campaign", "--count", 120, "--seed", 4, "--native")
+pytestmark = pytest.mark.usefixtures("in_this_process")
 INTERRUPTED = "bem: interrupted; what was done is saved, and the same command continues\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_all_processes_and_loses_nothing(number, undisturbed, out):
     process = helpers.start_command(*WORDS, "--workers", 2, "--out", out, start_new_session=True)
-    helpers.await_parts(out, process, 2)
-    workers, before = helpers.children(process.pid), len(helpers.parts(out))
+    helpers.wait_for(lambda: len(helpers.parts(out)) >= 2 or process.poll() is not None)
+    workers = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    before = len(helpers.parts(out))
     # A terminal sends Ctrl-C to all.
     (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
     printed, errors = process.communicate(timeout=helpers.HANG)
@@ -64,7 +66,6 @@ def test_other_options_are_refused_on_what_was_interrupted_unless_they_change_no
     helpers.assert_same_numbers(out, undisturbed)
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_damaged_parts_are_told_and_computed_again(plan, undisturbed, out, tmp_path):
     path = helpers.interrupted(plan, out, 70)
     about, first, _, third, *rest, _ = path.read_bytes().split(MARK)
@@ -118,7 +119,7 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(plan, tmp_path):
             shutil.rmtree(tmp_path / "there")
 
     with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
-        helpers.run_here(plan, tmp_path / "there" / "data.h5", solver=stand_in.solve, progress=delete)
+        run_campaign(plan, tmp_path / "there" / "data.h5", solver=stand_in.solve, progress=delete)
     assert "\n" not in str(found.value)
     assert list(tmp_path.iterdir()) == []
 
@@ -139,12 +140,11 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(whole, plan, undistu
     assert len(helpers.parts(out)) == whole
     assert list(out.parent.iterdir()) == helpers.journals(out)
     helpers.interrupted(plan, out)  # also once more was written after it
-    found = helpers.run_here(plan, out, solver=stand_in.solve)
+    found = run_campaign(plan, out, solver=stand_in.solve)
     assert (0 < found.computed < 120, found.damaged) == (True, 0)
     helpers.assert_same_numbers(out, undisturbed)
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_a_damaged_description_is_told_and_a_journal_that_outlives_its_file_removed(plan, undisturbed, out):
     (path,) = helpers.begun(plan, out)
     journal = path.read_bytes()
@@ -159,14 +159,11 @@ def test_a_damaged_description_is_told_and_a_journal_that_outlives_its_file_remo
 
 
 def test_two_campaigns_on_one_file_exclude_each_other(plan, out):
-    with (
-        Journal(out, plan.identity(stand_in.solve)),
-        pytest.raises(CampaignError, match="another campaign is writing"),
-    ):
-        helpers.run_here(plan, out, solver=stand_in.solve)
+    refused = pytest.raises(CampaignError, match="another campaign is writing")
+    with Journal(out, plan.identity(stand_in.solve)), refused:
+        run_campaign(plan, out, solver=stand_in.solve)
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_only_own_files_are_removed(plan, out, tmp_path):
     helpers.begun(plan, out)
     mine = [tmp_path / name for name in ("data.h5.writing", "data.h5.mine.parts", f"data_h5.{'0' * 16}.parts")]
@@ -178,7 +175,6 @@ def test_only_own_files_are_removed(plan, out, tmp_path):
     assert len(list(tmp_path.iterdir())) == 5
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_a_link_in_place_of_a_journal_is_refused(out):
     (path,) = helpers.begun(Campaign(count=9), out)
     path.unlink()
@@ -187,7 +183,6 @@ def test_a_link_in_place_of_a_journal_is_refused(out):
         run_campaign(Campaign(count=9), out, solver=stand_in.solve)
 
 
-@pytest.mark.usefixtures("in_this_process")
 def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete(out, tmp_path):
     first, second = Campaign(count=40, seed=1), Campaign(count=40, seed=2)
     (theirs,) = helpers.begun(first, out)
