@@ -17,7 +17,7 @@ import pytest
 from bem.dataset import executors
 from bem.dataset.campaign import BATCHES_PER_WORKER, LARGEST_BATCH, SHARE_OF_REST, Campaign
 from bem.dataset.designs import Design
-from bem.dataset.executors import CampaignError, ClusterExecutor, results, scheduler_address
+from bem.dataset.executors import CampaignError, ClusterExecutor, results
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
@@ -189,18 +189,17 @@ def test_a_server_that_is_dead_or_of_another_kind_ends_in_one_sentence(answers, 
     pytest.importorskip("distributed")
     monkeypatch.setattr(ClusterExecutor.__init__, "__defaults__", (1.0,))
     with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"tcp://127.0.0.1:{server.getsockname()[1] if answers else 9}"
+        # Of TCP, where no scheme is given.
+        address = f"127.0.0.1:{server.getsockname()[1]}" if answers else "tcp://127.0.0.1:9/"
         result = command("campaign", "--count", "3", "--out", tmp_path / "x.h5", "--cluster", address)
     assert (result.exit_code, result.stderr) == (1, f"bem: no Dask scheduler answers at {address!r}\n")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    "address",
-    ["foo", "tcp://127.0.0.1", "inproc://x", "http://host:1", "teleport://here:1", "", "tcp://h:99999", "tcp://h:1/x"],
+    "address", ["foo", "tcp://127.0.0.1", "inproc://x", "http://host:1", "teleport://here:1", "", "tcp://h:1/x"]
 )
 def test_malformed_addresses_are_refused(address):
+    pytest.importorskip("distributed")
     with pytest.raises(ValueError, match="cluster must be an address like 'tcp://host:8786'; received"):
-        scheduler_address(address)
-    assert scheduler_address("host:8786") == "tcp://host:8786"
-    assert scheduler_address("tls://[::1]:8786/") == "tls://[::1]:8786"
+        ClusterExecutor(address)
