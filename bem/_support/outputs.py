@@ -132,10 +132,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | None = None) -> None:
     """Write a file beside its place and rename it, so that even a power cut leaves the former one or the new one.
 
-    Args:
-        path: The file.
-        content: All of it; text is written in UTF-8.
-        scratch: Where it is written first, on the same file system; a new name beside `path` by default.
+    Text is written in UTF-8, first to `scratch` on the same file system, by default to a new name beside `path`.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
@@ -182,9 +179,7 @@ def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
 def plain_name(name: str, what: str) -> str:
     """Return a name that becomes a file's or a folder's, when it is one: not a path, a hidden file or an option.
 
-    Args:
-        name: The name.
-        what: What it names, with its article, for the message.
+    The message calls it `what`, with an article.
 
     Raises:
         ValueError: it is empty, longer than 64 characters, or has others than letters, digits, '.', '_' and '-'; or
