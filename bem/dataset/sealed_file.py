@@ -56,7 +56,6 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     if not path.is_file():
         raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
     received = f"expected a data set of format {form!r}, version {FORMAT_VERSION}; received {str(path)!r}"
-    damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
             first = content.read(BLOCK)
@@ -65,24 +64,18 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
             # A file that is cut within the title counts too.
             if not TITLE.startswith(first[: len(TITLE)]):
                 raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
-            intact = first == _block(content)
-            if not intact and _is_written_to(content):
-                raise ValueError(f"{received}, which another program is writing or has not finished")
+            if first != _block(content):
+                if _is_written_to(content):
+                    raise ValueError(f"{received}, which another program is writing or has not finished")
+                raise DamagedFileError(f"{received}, which is truncated or damaged")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
-    if not intact:
-        raise damaged
     try:
         file = h5py.File(path, "r")
     except BlockingIOError as error:  # another program holds the lock that the HDF5 library takes on what it writes
         raise ValueError(f"{received}, which another program is writing") from error
-    except Exception as error:  # on a damaged file the library may raise any error
-        raise damaged from error
     with file:
-        try:
-            found, number = file.attrs.get("format"), file.attrs.get("format_version")
-        except Exception as error:
-            raise damaged from error
+        found, number = file.attrs.get("format"), file.attrs.get("format_version")
         if not isinstance(found, str) or found != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
         if not isinstance(number, np.integer) or number != FORMAT_VERSION:
