@@ -25,13 +25,9 @@ LATEST = 5.0  # seconds to react: one, on a machine that other tests keep busy
 
 @pytest.fixture
 def handler():
-    """Set the handler of a signal for the length of a test."""
-    former = {}
-
-    def install(number, handle):
-        former.setdefault(number, signal.signal(number, handle))
-
-    yield install
+    """Sets the handler of a signal for the length of a test."""
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
+    yield signal.signal
     for number, handle in former.items():
         signal.signal(number, handle)
 
