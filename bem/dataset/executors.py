@@ -139,7 +139,7 @@ def _begin_worker(parent: int) -> None:
 class ClusterExecutor(Executor):
     """The workers of a Dask scheduler, each best started with one thread and able to `import bem`.
 
-    Its address is one like 'tcp://127.0.0.1:8786'; `patience` is in seconds, for the scheduler and for its first worker.
+    Its address is like 'tcp://host:8786'; `patience` is in seconds, for the scheduler and for its first worker.
 
     Raises:
         ValueError: Dask is not installed, or the address is malformed.

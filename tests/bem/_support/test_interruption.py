@@ -111,7 +111,7 @@ ALARMS = """
 import random, signal, sys, time
 import bem, bem.lab
 from tests.bem.lab.measurement import BEAD, measured
-class Alarm(Exception): pass
+class Alarm(BaseException): pass
 def ring(*_): raise Alarm
 path = bem.LoadingProtocol(peak_indentation=20.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 deep = bem.LoadingProtocol(peak_indentation=2000.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
