@@ -35,13 +35,10 @@ def say_what_is_kept(text: str) -> None:
 
 
 def end_on_interrupt(name: str) -> None:
-    """From now on let Ctrl-C end this process within a second, with one line and the status 130.
+    """From now on let Ctrl-C end this process within a second, with one line that begins with `name`, and status 130.
 
     The signal stays blocked in all other threads, and in processes started from now on, which therefore print nothing.
     In a process that ignores the signal, such as one in the background of a shell, nothing changes.
-
-    Args:
-        name: The command's name, which begins the line.
     """
     global _standard_error
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:

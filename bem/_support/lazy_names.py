@@ -7,14 +7,11 @@ from typing import Any
 
 
 def lazy_names(namespace: dict[str, Any]) -> list[str]:
-    """Return the public names of a package, and let each load on first use.
+    """Return the public names of a package with these `globals()`, and let each load on first use and stay there.
 
     They are those that its `__init__.py` imports from its own modules, as `from package.module import name as name`.
     These imports stand under `if TYPE_CHECKING`: a type checker reads them as they are, and here they are the one list
     of the public names.
-
-    Args:
-        namespace: The package's `globals()`, in which a name stays once it was loaded.
     """
     package: str = namespace["__name__"]
     home: dict[str, str] = {}

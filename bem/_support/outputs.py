@@ -10,7 +10,7 @@ import os
 import re
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -94,26 +94,21 @@ class Outputs:
                 self._parts[path] = target, part
 
     def _settle(self) -> None:
-        done: list[tuple[Path, Path | None]] = []
-        try:
+        formers: list[Path] = []
+        with ExitStack() as undone:
             for path in filter(self._written.__contains__, self._parts):
-                former, (target, part) = None, self._parts[path]
+                target, part = self._parts[path]
                 with _refusals(path):
                     # Renamed, so that it can come back; a single file is replaced at once.
-                    if len(self._written) > 1 and target.exists():
-                        former = target.replace(part.with_name(f"{part.name}.former"))
-                    done.append((target, former))
+                    if known := len(self._written) > 1 and target.exists():
+                        formers.append(target.replace(part.with_name(f"{part.name}.former")))
+                        undone.callback(formers[-1].replace, target)
                     part.replace(target)
-        except ValueError:
-            for target, former in done:
-                if former is None:
-                    target.unlink(missing_ok=True)
-                else:
-                    former.replace(target)
-            raise
-        for _, former in done:
-            if former is not None:
-                former.unlink(missing_ok=True)
+                    if not known:
+                        undone.callback(target.unlink)
+            undone.pop_all()
+        for former in formers:
+            former.unlink(missing_ok=True)
 
     def _discard(self) -> None:
         for _, part in self._parts.values():
@@ -137,10 +132,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | None = None) -> None:
     """Write a file beside its place and rename it, so that even a power cut leaves the former one or the new one.
 
-    Args:
-        path: The file.
-        content: All of it; text is written in UTF-8.
-        scratch: Where it is written first, on the same file system; a new name beside `path` by default.
+    Text is written in UTF-8, first to `scratch` on the same file system, by default to a new name beside `path`.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
@@ -187,9 +179,7 @@ def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
 def plain_name(name: str, what: str) -> str:
     """Return a name that becomes a file's or a folder's, when it is one: not a path, a hidden file or an option.
 
-    Args:
-        name: The name.
-        what: What it names, with its article, for the message.
+    The message calls it `what`, with an article.
 
     Raises:
         ValueError: it is empty, longer than 64 characters, or has others than letters, digits, '.', '_' and '-'; or

@@ -31,9 +31,7 @@ def merged(origins: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     for found in origins:
         for name, value in found.items():
             known = values.setdefault(name, [])
-            for one in value if isinstance(value, list) else [value]:
-                if one not in known:
-                    known.append(one)
+            known += [one for one in (value if isinstance(value, list) else [value]) if one not in known]
     return {name: known[0] if len(known) == 1 else known for name, known in values.items()}
 
 

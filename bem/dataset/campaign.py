@@ -20,7 +20,7 @@ from bem.dataset import records
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS, STEPS, STEPS_VERSION, checked_counts
-from bem.dataset.records import RESULTS, Columns, Layout, Record, grid_of
+from bem.dataset.records import RESULTS, Layout, Record, grid_of
 from bem.dataset.sealed_file import FORMAT
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import LoadingProtocol, Protocol
@@ -38,23 +38,14 @@ BATCHES_PER_WORKER = 96
 
 
 class Job:
-    """Trajectories to simulate, how, and what is kept of each, as its subclasses say."""
+    """Trajectories to simulate, how, and what is kept of each.
 
-    indices: np.ndarray
-    """Which trajectories, shape (n,)."""
-    accuracy: str | float
-    layout: Layout
-    """The arrays that hold what is kept."""
-    identity: Callable[..., dict[str, Any]]
-    """Returns everything that determines the numbers, the solver included, or a stand-in for it."""
-    cases_of: Callable[[Any], list[tuple[Scene, Any]]]
-    """Returns scene and protocol of the trajectories of some indices."""
-    inputs: Callable[[Any], Columns]
-    """Returns what the file says of the cases of some indices."""
-    kept: Callable[[Any, Any], tuple[Record, Record]]
-    """Returns what is kept of any trajectory of a case, and of a completed one besides."""
-    read: Callable[[Path], tuple[Columns, dict[str, Any]]]
-    """Returns arrays and root attributes of a complete file; see `load_dataset` for its errors."""
+    Subclasses have `indices`, shape (n,), `accuracy`, the `layout` of the arrays that hold what is kept, and methods
+    `identity`, `cases_of`, `inputs`, `kept` and `read`, as `Campaign` documents them.
+    """
+
+    shard = (1, 1)
+    """Which of several interleaved shares this is, counting from 1, and how many there are."""
     form: ClassVar[str] = FORMAT
     """Name of the file's format."""
     stated: ClassVar[tuple[str, ...]] = ("accuracy",)
@@ -66,7 +57,9 @@ class Job:
 
     def shard_path(self, out: Path) -> Path:
         """Where the file goes: `out` itself, or beside it for one of several shards."""
-        return out
+        if self.shard == (1, 1):
+            return out
+        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
     def batches(self, indices: np.ndarray, workers: int) -> deque[Batch]:
         """Some of the trajectories in batches for these workers, each with its case, in random order.
@@ -184,7 +177,7 @@ class Campaign(Job):
         return np.arange(self.shard[0] - 1, self.count, self.shard[1])
 
     @property
-    def layout(self) -> Layout:  # type: ignore[override]
+    def layout(self) -> Layout:
         """The arrays of a data set but those of the protocols."""
         return records.measured_layout(sum(self.counts), native=self.native)
 
@@ -208,12 +201,6 @@ class Campaign(Job):
         }
         # Uniform ones are not named, as before there were others.
         return identity if self.steps == "uniform" else identity | {"steps": self.steps, "steps_version": STEPS_VERSION}
-
-    def shard_path(self, out: Path) -> Path:
-        """Where the data set goes: `out` itself, or beside it for one of several shards."""
-        if self.shard == (1, 1):
-            return out
-        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
     def cases_of(self, indices: np.ndarray) -> list[tuple[Scene, Any]]:
         """Scene and protocol of some of the protocols."""

@@ -16,7 +16,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import Any, Self
-from urllib.parse import urlsplit
 
 import numpy as np
 from loky import cpu_count, get_reusable_executor
@@ -38,7 +37,6 @@ LONGEST_BATCH = 1.0
 """Seconds after which a worker returns what it has done of a batch; what it holds is lost when it dies."""
 SAVING_BATCH = 0.01
 """Seconds as well for each worker, so that the one process which saves all batches, in a quarter of this, keeps up."""
-SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
 
 
@@ -99,10 +97,7 @@ class Executor:
 
 
 class LocalExecutor(Executor):
-    """Processes of this machine, one thread each.
-
-    Args:
-        workers: how many; as many as there are cores by default.
+    """Processes of this machine, one thread each; as many `workers` as there are cores by default.
 
     Raises:
         ValueError: not a whole number from 1 to 4096.
@@ -144,9 +139,7 @@ def _begin_worker(parent: int) -> None:
 class ClusterExecutor(Executor):
     """The workers of a Dask scheduler, each best started with one thread and able to `import bem`.
 
-    Args:
-        address: of the scheduler, e.g. 'tcp://127.0.0.1:8786'.
-        patience: seconds to wait for the scheduler, and for its first worker.
+    Its address is like 'tcp://host:8786'; `patience` is in seconds, for the scheduler and for its first worker.
 
     Raises:
         ValueError: Dask is not installed, or the address is malformed.
@@ -161,10 +154,17 @@ class ClusterExecutor(Executor):
         import asyncio
         import logging
 
+        from distributed.comm import get_address_host_port, normalize_address
+
+        self._place = shown(address)
+        try:
+            reachable = normalize_address(address.rstrip("/"))
+            get_address_host_port(reachable)
+        except ValueError as error:
+            raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {self._place}") from error
         # Dask retries and reports by itself; its log would bury the one sentence that matters.
         for name in ("distributed", "distributed.client", "tornado.application"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
-        reachable, self._place = scheduler_address(address), shown(address)
         self.died = distributed.KilledWorker  # after three workers
         self._lost = (OSError, distributed.CancelledError, CancelledError)
 
@@ -209,19 +209,6 @@ class ClusterExecutor(Executor):
             ) from error
         except ImportError as error:
             raise CampaignError(f"the workers of {self._place} cannot run the solver ({error})") from error
-
-
-def scheduler_address(address: str) -> str:
-    """The address of a scheduler with its scheme, 'tcp' unless another is given.
-
-    Raises:
-        ValueError: a scheme that Dask does not use between machines, or no host or port.
-    """
-    with suppress(ValueError):
-        parts = urlsplit(address if "://" in address else f"tcp://{address}")
-        if parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/"):
-            return f"{parts.scheme}://{parts.netloc}"
-    raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
 
 
 @functools.cache

@@ -192,13 +192,6 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
     return read_file(Path(path), _dataset, native=native)
 
 
-def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> Dataset:
-    counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-    check_attributes(attributes)
-    check_dataset(columns, attributes["campaign"], counts)
-    return Dataset(columns, attributes, counts)  # type: ignore[arg-type]
-
-
 def _plain(value: Any) -> Any:
     """An attribute of a file in the form in which `write_file` received it."""
     if isinstance(value, str) and value.startswith(("{", "[")):
@@ -263,11 +256,12 @@ def _check_array(columns: Columns, name: str, kinds: str, shape: tuple[int, ...]
     refuse(wrong, f"whose /{name} is {values.dtype} of shape {values.shape} instead of shape {shape}")
 
 
-def check_dataset(columns: Columns, identity: Mapping[str, Any], counts: tuple[int, ...]) -> None:
-    """Check the arrays of a data set of this campaign; native histories only where they were read."""
+def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> Dataset:
+    """Check a data set; native histories only where they were read."""
+    check_attributes(attributes)
+    identity, counts = attributes["campaign"], file["fms"].attrs["counts"].tolist()
     wanted, version = identity["counts"], identity.get("steps_version", 1)
-    wrong = len(counts) != 3 or list(counts) != list(wanted)
-    refuse(wrong, f"whose measurement points are {shown(list(counts))} instead of {shown(wanted)}")
+    refuse(counts != wanted, f"whose measurement points are {shown(counts)} instead of {shown(wanted)}")
     steps = identity.get("steps", "uniform")
     refuse(steps not in STEPS, f"whose measurement steps are {shown(steps)}")
     older = "steps" in identity and version != STEPS_VERSION
@@ -279,3 +273,5 @@ def check_dataset(columns: Columns, identity: Mapping[str, Any], counts: tuple[i
     completed = columns["status"] == COMPLETED
     for name in ("fms/force", *(f"scalars/{name}" for name in SCALARS)):
         refuse(~np.isfinite(columns[name][completed]), f"whose /{name} is not finite in every completed trajectory")
+    loading, dwell, unloading = counts
+    return Dataset(columns, attributes, (loading, dwell, unloading))

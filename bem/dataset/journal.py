@@ -13,7 +13,7 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Self
@@ -49,12 +49,9 @@ def _entries(path: Path, journal: bytes) -> Iterator[bytes | None]:
 
 
 class Journal:
-    """The batches of one campaign, locked while in use.
+    """The batches of what computes `identity` for the future data set file `out`, locked while in use.
 
-    Args:
-        out: the future data set file.
-        identity: what is computed.
-        replace: start although batches of another campaign are there; they are removed once this one is complete.
+    With `replace` it starts although those of another campaign are there; they are removed once this one is complete.
 
     Raises:
         ValueError: batches of another campaign are there.
@@ -81,18 +78,15 @@ class Journal:
                 f"under way and may be replaced with --replace: {why}"
             )
         try:
-            with ExitStack() as unless_read:
-                self._lock()
-                unless_read.callback(os.close, self._file)
-                self._read()
-                unless_read.pop_all()
+            self._lock()
+            self._read()
         except OSError as error:
             raise CampaignError(f"cannot write beside {str(self.out)!r} ({error.strerror or error})") from error
         self._clock = time.perf_counter()
         return self
 
     def __exit__(self, *_: object) -> None:
-        os.close(self._file)
+        self._file.close()
 
     def _others(self) -> list[Path]:
         found = self.out.parent.glob(f"{glob.escape(self.out.name)}.{16 * '[0-9a-f]'}.parts")
@@ -100,17 +94,18 @@ class Journal:
 
     def _lock(self) -> None:
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
+        opened = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
+        self._file = os.fdopen(opened, "r+b", buffering=0)
         with suppress(BlockingIOError):
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.fstat(self._file).st_nlink:  # else a campaign that just ended has removed it
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.fstat(opened).st_nlink:  # else a campaign that just ended has removed it
                 return
-        os.close(self._file)
+        self._file.close()
         raise CampaignError(f"another campaign is writing {str(self.out)!r}; wait for it or end it")
 
     def _read(self) -> None:
-        journal = self.path.read_bytes()
-        os.ftruncate(self._file, journal.rfind(MARK) + len(MARK) if MARK in journal else 0)
+        journal = self._file.readall()
+        self._file.truncate(journal.rfind(MARK) + len(MARK) if MARK in journal else 0)
         for number, entry in enumerate(_entries(self.path, journal)):
             if entry is None:
                 self.damaged += 1
@@ -126,8 +121,8 @@ class Journal:
         rest = _digest(self.path, content) + content + MARK
         with whole:
             while rest:
-                rest = rest[os.write(self._file, rest) :]
-            os.fsync(self._file)
+                rest = rest[self._file.write(rest) :]
+            os.fsync(self._file.fileno())
 
     def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:
         """Save a batch, the seconds that its worker took, and the versions and host of that worker.
@@ -145,7 +140,7 @@ class Journal:
             self._append(memory.getvalue())
         except OSError as error:
             why = error.strerror or str(error)
-        if not os.fstat(self._file).st_nlink:
+        if not os.fstat(self._file.fileno()).st_nlink:
             why, kept = "it is gone", "somebody removed what was saved, and the same command begins again"
         if why:
             raise CampaignError(f"cannot write {str(self.path)!r} ({why}); {kept}")

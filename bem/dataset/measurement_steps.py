@@ -5,14 +5,13 @@ mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.validation import FloatArray, whole_number
 from bem._support.wording import shown
-from bem.protocol import LoadingProtocol, default_start_indentation
+from bem.protocol import default_start_indentation
 
 FMS = (50, 20, 50)
 PHYSICAL = (22, 8, 72)
@@ -123,9 +122,3 @@ def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, known:
             "measurement times must be strictly increasing in double precision; received protocol "
             f"{row} with {name} {', '.join(map(repr, known[row].tolist()))}"
         )
-
-
-def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[int] = FMS) -> FloatArray:
-    """Measurement instants of one protocol, strictly increasing, shape (sum(counts),)."""
-    given = asdict(protocol) | {"start_indentation": protocol.start(tabor)}
-    return measurement_grid(tabor=tabor, **given, counts=counts)[0][0]

@@ -139,7 +139,7 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
         raise ValueError("shards must name at least one data set file; received none")
     require_suffix(out, SUFFIXES)
     out = followed(Path(out))
-    if out.absolute().parent.is_dir() and not out.is_dir():
+    if out.absolute().parent.is_dir():
         require_output(out)
     records: dict[int, Record] = {}
     found: list[dict[str, Any]] = []
@@ -186,8 +186,6 @@ def existing(
     campaign: Job, path: Path, identity: dict[str, Any], *, replace: bool
 ) -> tuple[Columns, dict[str, Any]] | None:
     """Arrays and attributes of a complete file of the same campaign; `None` for none, or one that may be replaced."""
-    if path.is_dir():
-        raise ValueError(f"out must be a file; received the folder {str(path)!r}")
     if not path.exists():
         return None
     try:

@@ -6,7 +6,6 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from bem.dataset.campaign import Campaign
-from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
 
@@ -26,16 +25,9 @@ def plan():
 @pytest.fixture(scope="session")
 def undisturbed(plan, tmp_path_factory):
     path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
-    summary = run_campaign(plan, path, solver=stand_in.solve, command="bem campaign --count 120")
+    summary = run_here(plan, path, solver=stand_in.solve, command="bem campaign --count 120")
     assert (summary.count, summary.computed, summary.failures) == (120, 120, Counter())
     assert sorted(path.parent.iterdir()) == [path]
-    return path
-
-
-@pytest.fixture(scope="session")
-def undisturbed_slow(plan, tmp_path_factory):
-    path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
-    run_here(plan, path, solver=stand_in.slow)
     return path
 
 

@@ -25,13 +25,9 @@ LATEST = 5.0  # seconds to react: one, on a machine that other tests keep busy
 
 @pytest.fixture
 def handler():
-    """Set the handler of a signal for the length of a test."""
-    former = {}
-
-    def install(number, handle):
-        former.setdefault(number, signal.signal(number, handle))
-
-    yield install
+    """Sets the handler of a signal for the length of a test."""
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
+    yield signal.signal
     for number, handle in former.items():
         signal.signal(number, handle)
 
@@ -115,24 +111,23 @@ ALARMS = """
 import random, signal, sys, time
 import bem, bem.lab
 from tests.bem.lab.measurement import BEAD, measured
-class Alarm(Exception): pass
+class Alarm(BaseException): pass
 def ring(*_): raise Alarm
 path = bem.LoadingProtocol(peak_indentation=20.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 deep = bem.LoadingProtocol(peak_indentation=2000.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 elastic, scene = bem.Scene(300.0, material=bem.Elastic()), bem.Scene(3.0)
 curve = measured()
-work, longest = {
-    "simulate": (lambda: bem.simulate(scene, path), 0.02),
-    "elastic": (lambda: bem.simulate(elastic, deep, 1e-4), 0.3),
-    "paper": (lambda: bem.simulate_paper_method(bem.Scene(1.0), path), 0.3),
-    "fit": (lambda: bem.lab.fit(curve, BEAD), 0.3),
-}[sys.argv[1]]
+kinds = [
+    (lambda: bem.simulate(scene, path), 0.02),
+    (lambda: bem.simulate(elastic, deep, 1e-4), 0.1),
+    (lambda: bem.simulate_paper_method(bem.Scene(1.0), path), 0.1),
+    (lambda: bem.lab.fit(curve, BEAD, ["contact_point"]), 0.1),
+]
 bem.simulate_paper_method(scene, path, nodes=10, steps=2)
-if sys.argv[1] == "fit":
-    work()  # an import that an alarm cuts short may not be repeated
+kinds[-1][0]()  # an import that an alarm cuts short may not be repeated
 signal.signal(signal.SIGALRM, ring)
 latest = 0.0
-for _ in range(int(sys.argv[2])):
+for work, longest in kinds * int(sys.argv[1]):
     wait = random.uniform(0.001, longest)
     begin = time.monotonic()
     try:
@@ -145,9 +140,8 @@ print(latest)
 """
 
 
-@pytest.mark.parametrize("work", ["simulate", "elastic", "paper", "fit"])
-def test_a_handler_that_raises_ends_work_at_once_without_a_crash(work):
-    run = python("-W", "ignore", "-c", ALARMS, work, "10", cwd=ROOT, timeout=HANG)
+def test_a_handler_that_raises_ends_work_at_once_without_a_crash():
+    run = python("-W", "ignore", "-c", ALARMS, "5", cwd=ROOT, timeout=HANG)
     assert (run.returncode, run.stderr) == (0, "")
     assert float(run.stdout) < LATEST
 
@@ -196,10 +190,19 @@ def begin(words, out):
     return process
 
 
+def processor_seconds(process):
+    times = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[11:13]
+    return sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
+
+
 def interrupt(words, out, wait, *, group):
-    """Interrupt a command after `wait` seconds; return the seconds until it ended, `None` if it had ended before."""
-    process = begin(words, out)
-    time.sleep(wait)
+    """Interrupt a command after `wait` seconds; return the seconds until it ended, `None` if it had ended before.
+
+    They are those of its processor, so that it gets as far on a machine that other tests keep busy.
+    """
+    process, until = begin(words, out), time.monotonic() + 5.0 * wait
+    while process.poll() is None and processor_seconds(process) < wait and time.monotonic() < until:
+        time.sleep(1e-2)
     sent = time.monotonic()
     if process.poll() is None:
         (os.killpg if group else os.kill)(process.pid, signal.SIGINT)
@@ -218,7 +221,7 @@ def interrupt(words, out, wait, *, group):
     return took
 
 
-@pytest.mark.parametrize(("number", "wait"), [(0, 3.0), (2, 4.0), (3, 4.0), (5, 0.3), (6, 5.0), (9, 0.0), (11, 0.1)])
+@pytest.mark.parametrize(("number", "wait"), [(0, 2.0), (5, 0.3), (6, 1.0), (9, 0.0), (11, 0.1)])
 def test_control_c_ends_a_command_in_one_line(number, wait, tmp_path):
     took = interrupt(list(COMMANDS)[number], tmp_path, wait, group=number % 2 == 1)
     assert took is None or took < LATEST
@@ -228,13 +231,15 @@ def test_control_c_ends_the_processes_of_a_map_too(tmp_path):
     place, time_of = np.concatenate([np.linspace(-1e-6, 1e-6, 400), np.linspace(1e-6, -1e-6, 400)]), np.arange(800.0)
     table = np.column_stack([time_of, place, -1e-4 * np.maximum(place, 0.0) ** 1.5])
     table[:, 2] += 1e-16 * np.random.default_rng(0).standard_normal(800)
-    for number in range(400):
-        np.savetxt(tmp_path / f"{number}.csv", table, delimiter=",", header="time (s),indentation (m),force (N)")
-    curves = " ".join(f"OUT/{number}.csv" for number in range(400))
+    columns = "time (s),indentation (m),force (N)"
+    np.savetxt(tmp_path / "0.csv", table, delimiter=",", header=columns, comments="")
+    for number in range(1, 40):
+        (tmp_path / f"{number}.csv").symlink_to("0.csv")
+    curves = " ".join(f"OUT/{number}.csv" for number in range(40))
     process = begin(f"-m bem fit-map {curves} --radius 5um --jobs 2 --out OUT/map.csv", tmp_path)
-    while process.poll() is None and not (tmp_path / "map.csv").is_file():
-        time.sleep(0.05)
-    time.sleep(3.0)  # by then both have begun
+    fitted = tmp_path / "map.csv"
+    while process.poll() is None and not (fitted.is_file() and fitted.read_text().count("\n") > 2):
+        time.sleep(0.01)
     os.killpg(process.pid, signal.SIGINT)
     # Its processes have the pipes, which close when the last one ends.
     _, errors = process.communicate(timeout=60.0)

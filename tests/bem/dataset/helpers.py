@@ -1,6 +1,8 @@
 """Campaigns of the stand-in solver: started in processes of their own, watched, and compared."""
 
+import errno
 import functools
+import os
 import signal
 import subprocess
 import sys
@@ -12,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from bem.cli.app import app
-from bem.dataset.executors import CampaignError
+from bem.dataset.executors import CampaignError, Executor
 from bem.dataset.journal import MARK
 from bem.dataset.run import run_campaign
 from bem.dataset.sealed_file import arrays, open_dataset
@@ -20,7 +22,6 @@ from tests.bem.dataset import stand_in
 from tests.data_files import editing
 from tests.processes import ROOT
 
-TIMINGS = ("scalars/solver_seconds",)
 HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
 
 
@@ -44,17 +45,12 @@ def command(*arguments, solver=None):
         signal.signal(signal.SIGTERM, former)  # a campaign takes it for itself
 
 
-def numbers(path):
-    with open_dataset(path) as file:
-        return {name: item[...] for name, item in arrays(file) if name not in TIMINGS}
-
-
-def assert_same_numbers(path, other):
-    np.testing.assert_equal(numbers(path), numbers(other))
-
-
-def children(parent):
-    return list(map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="utf-8").split()))
+def assert_same_numbers(*paths):
+    found = []
+    for path in paths:
+        with open_dataset(path) as file:
+            found.append({name: item[...] for name, item in arrays(file) if name != "scalars/solver_seconds"})
+    np.testing.assert_equal(*found)
 
 
 def journals(out):
@@ -73,11 +69,7 @@ def wait_for(condition):
         time.sleep(0.005)
 
 
-def await_parts(out, process, at_least):
-    wait_for(lambda: len(parts(out)) >= at_least or process.poll() is not None)
-
-
-def start_command(*arguments, solver="slow", before="", **options):
+def start_command(*arguments, **options):
     code = (
         "import signal, sys\n"
         # Tests that run in the background inherit an ignored SIGINT.
@@ -86,9 +78,8 @@ def start_command(*arguments, solver="slow", before="", **options):
         "bem._support.interruption.end_on_interrupt('bem')\n"
         "import bem.dataset.run as run, functools\n"
         "from tests.bem.dataset.helpers import app, stand_in\n"
-        f"run.run_campaign = functools.partial(run.run_campaign, solver=stand_in.{solver})\n"
+        "run.run_campaign = functools.partial(run.run_campaign, solver=stand_in.slow)\n"
         f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
-        f"{before}\n"
         "app()\n"
     )
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
@@ -116,26 +107,46 @@ def replaced(name, content):
     return change
 
 
-def begun(plan, out, monkeypatch, solver=stand_in.solve):
-    """A campaign all of whose parts are there, but not the file."""
-    with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.run.write_file", lambda *_, **__: (_ for _ in ()).throw(OSError("unplugged")))
-        with pytest.raises(CampaignError, match="unplugged"):
-            run_campaign(plan, out, solver=solver, replace=True)
+def stop_after(number):
+    """What is called with the trajectories that are done, and interrupts the campaign after some of them."""
+
+    def progress(done, _):
+        if done > number:
+            raise InterruptedError
+
+    return progress
+
+
+def interrupted(plan, out, number=40):
+    """The journal of a campaign of which some trajectories are done, more than this number."""
+    with pytest.raises(InterruptedError):
+        run_here(plan, out, solver=stand_in.solve, progress=stop_after(number))
     assert not out.exists()
+    return journals(out)[0]
+
+
+def begun(plan, out):
+    """The journals of a campaign all of whose parts are there, but not the file: the disk was full at the very end."""
+
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "replace", refuse)
+        with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
+            run_here(plan, out, solver=stand_in.solve, replace=True)
+    assert not out.exists()
+    assert not list(out.parent.glob("*.writing"))
     return journals(out)
 
 
-class Here:
+class Here(Executor):
     """A pool that works in this process."""
 
     workers = 1
 
     def __init__(self, *_):
         pass
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         pass

@@ -1,19 +1,16 @@
 """Stand-ins for the solver, importable by worker processes: closed forms, no contact mechanics."""
 
 import os
-import signal
 import time
 from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
-from loky import get_reusable_executor
 
 from bem.accuracy import resolve_accuracy
 from bem.dataset.cases import ARRAYS
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import LoadingProtocol, history_of
-from bem.scene import Scene
+from bem.materials import Elastic, PronySeries
+from bem.protocol import history_of
 from bem.trajectory import Jump, Statistics, Trajectory
 
 
@@ -54,20 +51,6 @@ def sometimes_fails(scene, protocol, accuracy="standard"):
     return replace(solve(scene, protocol, accuracy), status=status)
 
 
-def kills_its_worker_once(scene, protocol, accuracy="standard"):
-    marker = Path(os.environ["STAND_IN_MARKER"])
-    if scene.tabor > 2.0 and not marker.exists():
-        marker.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return slow(scene, protocol, accuracy)
-
-
-def kills_its_worker_always(scene, protocol, accuracy="standard"):
-    if scene.tabor > 3.0 and protocol.peak_indentation > 90.0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return solve(scene, protocol, accuracy)
-
-
 def fails_until_mended(scene, protocol, accuracy="standard"):
     complete = solve(scene, protocol, accuracy)
     if Path(os.environ["STAND_IN_MARKER"]).exists():
@@ -76,14 +59,3 @@ def fails_until_mended(scene, protocol, accuracy="standard"):
         raise ArithmeticError("not mended yet")
     begin = {name: getattr(complete, name)[:10] for name in ARRAYS}
     return replace(complete, **begin, status="stopped") if isinstance(scene.material, PronySeries) else complete
-
-
-def case(quantities):
-    """Scene and protocol of some quantities."""
-    rest = {name: float(value) for name, value in quantities.items()}
-    return Scene(rest.pop("tabor"), StandardLinearSolid(0.1)), LoadingProtocol(**rest)
-
-
-def restart_workers():
-    """Workers see a variable of the environment only when they start after it was set."""
-    get_reusable_executor().shutdown(wait=True)

@@ -16,7 +16,7 @@ from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.trajectory import Statistics
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import run_here
+from tests.bem.dataset.helpers import run_here, stop_after
 from tests.data_files import editing
 
 RAMP = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=3.0)
@@ -40,7 +40,7 @@ def same(one, other):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("cases") / "cases.h5"
-    summary = run_campaign(Cases(PAIRS), path, solver=stand_in.solve, command="made by hand")
+    summary = run_here(Cases(PAIRS), path, solver=stand_in.solve, command="made by hand")
     assert (summary.count, summary.computed, sum(summary.failures.values())) == (60, 60, 0)
     assert list(path.parent.iterdir()) == [path]
     return path
@@ -66,13 +66,8 @@ def test_what_is_read_is_what_the_solver_returned(whole):
 
 def test_an_interrupted_one_continues(whole, tmp_path):
     out = tmp_path / "cases.h5"
-
-    def stop(done, _):
-        if done > 20:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run_campaign(Cases(PAIRS), out, solver=stand_in.solve, workers=2, progress=stop)
+    with pytest.raises(InterruptedError):
+        run_campaign(Cases(PAIRS), out, solver=stand_in.solve, workers=2, progress=stop_after(20))
     with pytest.raises(ValueError, match=r"cases '[0-9a-f]{64}' there and '[0-9a-f]{64}' here"):
         run_campaign(Cases(PAIRS[::-1]), out, solver=stand_in.solve)
     assert 0 < run_here(Cases(PAIRS), out, solver=stand_in.solve).computed < 60
@@ -159,7 +154,7 @@ def test_cases_that_cannot_be_simulated_are_refused(pairs, message):
 
 def test_springs_and_forces_are_kept(tmp_path):
     pairs = [(Scene(1.0, spring=2.0), RAMP), (Scene(1.0), ForceProtocol([0.0, 1.0, 2.0], [0.0, -2.0, 3.0]))]
-    run_campaign(Cases(pairs, "draft"), tmp_path / "cases.h5")
+    run_here(Cases(pairs, "draft"), tmp_path / "cases.h5")
     behind, pushed = load_cases(tmp_path / "cases.h5")
     assert [(case.scene, case.protocol) for case in (behind, pushed)] == pairs
     for case in (behind, pushed):

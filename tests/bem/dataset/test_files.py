@@ -17,12 +17,10 @@ from bem.dataset.executors import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import merge, run_campaign
 from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
-from bem.dataset.verification import verify
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import altered, assert_same_numbers, put, replaced
 from tests.data_files import damaged, editing
-from tests.processes import ROOT
 
 
 def computed(out, shards, solver=stand_in.solve, **plan):
@@ -69,34 +67,27 @@ def attribute(name, *value):
     ("change", "message"),
     [
         (drop("scalars/steps"), "without /scalars/steps"),
-        (drop("jumps/time"), "without /jumps/time"),
         (drop("protocols/tabor"), "without /protocols/tabor"),
         (drop("native/force"), "without /native/force"),
         (drop("fms"), "cannot be read"),
-        (drop("reason"), "without /reason"),
         (replaced("scalars/hysteresis", lambda rows: rows[:-1]), r"/scalars/hysteresis is float64 of shape \(119,\)"),
         (replaced("fms/force", lambda rows: rows[:, :-1]), r"whose /fms/force is float32 of shape \(120, 119\)"),
         (replaced("jumps/force_before", lambda rows: rows[1:]), "whose /jumps/force_before is"),
         (replaced("native/offsets", lambda rows: rows[1:]), "whose /native/offsets is"),
         (replaced("index", lambda rows: rows[::-1]), "whose /index does not increase"),
-        (put("index", 3), "whose /index does not increase"),
         (put("index", [2, 1], [1, 2]), "whose /index does not increase from 0 to less than 120"),
         (put("jumps/trajectory", [2, 1], [1, 2]), "whose /jumps/trajectory is not in the order of /index"),
         (put("native/offsets", [2, 1], [1, 2]), "whose /native/offsets do not increase from 0"),
         (put("status", 7), "whose /status is neither"),
         (put("jumps/trajectory", 4000), "whose /jumps/trajectory is not in the order"),
         (attribute("campaign"), "without the attribute 'campaign'"),
-        (attribute("wall_seconds"), "without the attribute 'wall_seconds'"),
-        (attribute("host"), "without the attribute 'host'"),
         (attribute("campaign", "{"), "cannot be read"),
         (attribute("campaign", '{"count": 3}'), "lacks 'design'"),
         (attribute("campaign", "none"), "whose attribute 'campaign' is 'none'"),
-        (attribute("wall_seconds", "long"), "whose attribute 'wall_seconds' is 'long'"),
         (attribute("accuracy", "draft"), "whose attribute 'accuracy' is 'draft', and 'standard' in 'campaign'"),
         (attribute("host", '{"a": "' + 10**4 * "x" + '"}'), "whose attribute 'host' is"),
         (attribute("campaign", 10**5 * "["), "cannot be read"),
         (put("protocols/tabor", 0.0, 3), "whose /protocols/tabor is not above zero"),
-        (put("protocols/tabor", -1.0), "whose /protocols/tabor is not above zero"),
         (put("protocols/dwell_time", -1.0, 3), "whose /protocols/dwell_time is not zero or above"),
         (put("protocols/peak_indentation", np.nan, 3), "whose /protocols/peak_indentation is not finite"),
         (put("fms/force", np.nan, 3), "whose /fms/force is not finite in every completed trajectory"),
@@ -115,18 +106,9 @@ def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturb
         load_dataset(path, native=True)
     assert "\n" not in str(found.value)
     assert len(str(found.value)) < 1000
-    if "native" not in message:
-        with pytest.raises(ValueError, match=expected):
-            TrajectoryDataset.load(path)
     with ThreadPoolExecutor(1) as other:
         assert other.submit(phil.acquire, False).result()  # else a thread that frees an HDF5 object waits for ever
         other.submit(phil.release).result()
-    with pytest.raises(ValueError, match=expected):
-        verify(path, solver=stand_in.solve)
-    out = tmp_path / "merged.h5"
-    with pytest.raises(ValueError, match=expected):
-        merge([path], out)
-    assert not out.exists()
 
 
 def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
@@ -164,28 +146,17 @@ def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, t
     assert "continues" not in str(found.value)
 
 
-def assert_damages_are_refused(source, path, count):
-    content, rng = source.read_bytes(), random.Random(count)
-    tried = 0
-    while tried < count:
+@pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
+def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
+    path, content, rng = tmp_path / "damaged.h5", undisturbed.read_bytes(), random.Random(count)
+    for _ in range(count):
         path.write_bytes(damaged(content, rng))
         if path.read_bytes() == content:
             continue
-        tried += 1
-        for read in (load_dataset, TrajectoryDataset.load):
-            with pytest.raises(ValueError, match="expected a data set") as found:
-                read(path)
-            assert "\n" not in str(found.value)
-            assert len(str(found.value)) < 1000
-
-
-@pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
-def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
-    # In a process of its own, so that one that hangs or crashes fails the test alone.
-    check = "from tests.bem.dataset.test_files import assert_damages_are_refused as check"
-    paths = ", ".join(f"Path({str(path)!r})" for path in (undisturbed, tmp_path / "damaged.h5"))
-    code = f"from pathlib import Path\n{check}\ncheck({paths}, {count})"
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=300, cwd=ROOT)
+        with pytest.raises(ValueError, match="expected a data set") as found:
+            load_dataset(path)
+        assert "\n" not in str(found.value)
+        assert len(str(found.value)) < 1000
 
 
 def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undisturbed, tmp_path):
@@ -200,8 +171,9 @@ def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undist
     path.write_bytes(content[BLOCK:])
     with h5py.File(path) as file:
         assert len(file["index"]) == 120
-    with pytest.raises(ValueError, match="of another kind, or without the checksum of a data set"):
-        load_dataset(path)
+    for read in (load_dataset, TrajectoryDataset.load):
+        with pytest.raises(ValueError, match="of another kind, or without the checksum of a data set"):
+            read(path)
 
 
 NAME = "scalars/end_force"
@@ -233,10 +205,7 @@ def test_a_file_that_leads_elsewhere_is_refused(harm, words, undisturbed, tmp_pa
     with editing(path) as file:
         del file[NAME]
         harm(file, tmp_path)
-    for read in (load_dataset, TrajectoryDataset.load):
-        with pytest.raises(
-            DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {words}\)"
-        ):
-            read(path)
+    with pytest.raises(DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {words}\)"):
+        load_dataset(path)
     with open_dataset(path):
         pass
