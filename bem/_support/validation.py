@@ -36,10 +36,16 @@ def finite_number(
     above: float | None = None,
     below: float | None = None,
 ) -> float:
-    """Return `value` as a float when it is a finite real number from `low` to `high`, between `above` and `below`.
+    """Return `value` as a float when it is a finite real number within bounds.
+
+    Args:
+        name: the quantity, as the user wrote it.
+        value: what the user gave; booleans and strings are refused.
+        low, high: inclusive bounds.
+        above, below: exclusive bounds.
 
     Raises:
-        ValueError: naming the quantity, the allowed range and the value received, also a boolean or text.
+        ValueError: naming the quantity, the allowed range and the value received.
     """
     try:
         number = float(value) if isinstance(value, Real) and not isinstance(value, _TRUTH) else math.nan

@@ -97,7 +97,10 @@ class Executor:
 
 
 class LocalExecutor(Executor):
-    """Processes of this machine, one thread each; as many `workers` as there are cores by default.
+    """Processes of this machine, one thread each.
+
+    Args:
+        workers: how many; as many as there are cores by default.
 
     Raises:
         ValueError: not a whole number from 1 to 4096.
@@ -139,7 +142,9 @@ def _begin_worker(parent: int) -> None:
 class ClusterExecutor(Executor):
     """The workers of a Dask scheduler, each best started with one thread and able to `import bem`.
 
-    Its address is like 'tcp://host:8786'; `patience` is in seconds, for the scheduler and for its first worker.
+    Args:
+        address: of the scheduler, e.g. 'tcp://127.0.0.1:8786'.
+        patience: seconds to wait for the scheduler, and for its first worker.
 
     Raises:
         ValueError: Dask is not installed, or the address is malformed.

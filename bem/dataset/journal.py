@@ -49,9 +49,12 @@ def _entries(path: Path, journal: bytes) -> Iterator[bytes | None]:
 
 
 class Journal:
-    """The batches of what computes `identity` for the future data set file `out`, locked while in use.
+    """The batches of one campaign, locked while in use.
 
-    With `replace` it starts although those of another campaign are there; they are removed once this one is complete.
+    Args:
+        out: the future data set file.
+        identity: what is computed.
+        replace: start although batches of another campaign are there; they are removed once this one is complete.
 
     Raises:
         ValueError: batches of another campaign are there.

@@ -56,26 +56,33 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     if not path.is_file():
         raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
     received = f"expected a data set of format {form!r}, version {FORMAT_VERSION}; received {str(path)!r}"
+    damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
-            first = content.read(BLOCK)
+            first = _begin(content, BLOCK)
             if first.startswith(_HDF5):
                 raise ValueError(f"{received}, an HDF5 file of another kind, or without the checksum of a data set")
             # A file that is cut within the title counts too.
             if not TITLE.startswith(first[: len(TITLE)]):
                 raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
-            if first != _block(content):
-                if _is_written_to(content):
-                    raise ValueError(f"{received}, which another program is writing or has not finished")
-                raise DamagedFileError(f"{received}, which is truncated or damaged")
+            intact = first == _block(content)
+            if not intact and _is_written_to(content):
+                raise ValueError(f"{received}, which another program is writing or has not finished")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
+    if not intact:
+        raise damaged
     try:
         file = h5py.File(path, "r")
     except BlockingIOError as error:  # another program holds the lock that the HDF5 library takes on what it writes
         raise ValueError(f"{received}, which another program is writing") from error
+    except Exception as error:  # on a damaged file the library may raise any error
+        raise damaged from error
     with file:
-        found, number = file.attrs.get("format"), file.attrs.get("format_version")
+        try:
+            found, number = file.attrs.get("format"), file.attrs.get("format_version")
+        except Exception as error:
+            raise damaged from error
         if not isinstance(found, str) or found != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
         if not isinstance(number, np.integer) or number != FORMAT_VERSION:
@@ -109,6 +116,11 @@ def arrays(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
         yield path, item
 
 
+def _begin(content: BinaryIO, size: int) -> bytes:
+    content.seek(0)
+    return content.read(size)
+
+
 def _block(content: BinaryIO) -> bytes:
     """The first block that belongs to the other bytes of a file."""
     digest = hashlib.sha256()
@@ -120,6 +132,5 @@ def _block(content: BinaryIO) -> bytes:
 
 def _is_written_to(content: BinaryIO) -> bool:
     """Whether the HDF5 library has marked a file as open for writing, in the superblock behind the first block."""
-    content.seek(BLOCK)
-    superblock = content.read(24)
+    superblock = _begin(content, BLOCK + 24)[BLOCK:]
     return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1

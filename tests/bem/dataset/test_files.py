@@ -16,7 +16,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.executors import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import merge, run_campaign
-from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
+from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset, seal
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import altered, assert_same_numbers, put, replaced
@@ -157,6 +157,16 @@ def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
             load_dataset(path)
         assert "\n" not in str(found.value)
         assert len(str(found.value)) < 1000
+
+
+def test_a_right_sum_does_not_make_hdf5_of_other_bytes(undisturbed, tmp_path):
+    content = bytearray(undisturbed.read_bytes())
+    content[BLOCK + 8 : BLOCK + 64] = bytes(56)
+    (tmp_path / "forged.h5").write_bytes(content)
+    with (tmp_path / "forged.h5").open("r+b") as file:
+        seal(file)
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_dataset(tmp_path / "forged.h5")
 
 
 def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undisturbed, tmp_path):
