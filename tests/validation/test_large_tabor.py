@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.discretisation import master_grid
 from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
@@ -69,12 +69,6 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     assert other.max_compression == pytest.approx(one.max_compression, abs=5e-4)
 
 
-def test_a_viscoelastic_contact_at_thirty_runs_through():
-    trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), cycle(30.0, dwell_time=1.0))
-    assert trajectory.stats.steps < 3000
-    assert 1.5 < trajectory.pull_off_force < 15.0
-
-
 def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     """The relaxed contact is unloaded so that its edge passes its cohesive zone slowly.
 
@@ -92,10 +86,3 @@ def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     work = np.pi * (force + 4.0 * chosen**3 / (3.0 * np.pi)) ** 2 / (8.0 * chosen**3)
     assert np.abs(work / persson_brener.effective_energy(velocity, ratio) - 1.0).max() < 0.03
     assert np.ptp(np.log(velocity)) > 0.3
-
-
-def test_a_tabor_parameter_beyond_the_lattice_is_not_started():
-    for scene in (Scene(5e3, Elastic()), Scene(200.0, StandardLinearSolid(0.1))):
-        trajectory = simulate(scene, cycle(10.0))
-        assert trajectory.status.startswith("not started: the contact edge needs ")
-        assert np.isnan(trajectory.pull_off_force)

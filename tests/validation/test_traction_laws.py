@@ -13,9 +13,6 @@ from bem.solver.simulation import count_unstable
 from tests.validation.cases import completed
 
 CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
-FAR = LoadingProtocol(
-    peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-5.0
-)
 
 
 def run(tabor, law, material=None, accuracy="standard", protocol=CYCLE):
@@ -93,9 +90,3 @@ def test_a_viscoelastic_loop_runs_stable_and_dissipates(law, rate):
     assert trajectory.work() > 0.0
     assert trajectory.pull_off_force > 1.2 * run(scene.tabor, law).pull_off_force
     assert count_unstable(scene, protocol) <= sum(jump.eigenvalue_before <= 0.0 for jump in trajectory.jumps)
-
-
-def test_the_pull_off_force_of_an_elastic_contact_does_not_depend_on_its_spring():
-    expected = run(1.0, ConstantStress()).pull_off_force
-    soft = completed(Scene(1.0, adhesion=ConstantStress(), spring=2.0), FAR)
-    assert soft.pull_off_force == pytest.approx(expected, rel=5e-3)

@@ -5,12 +5,7 @@ import pytest
 from joblib import Parallel, delayed
 
 from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
-from bem.dataset.file import load_dataset
-from bem.dataset.run import run_campaign
-
-SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force", "steps", "jump_count")
 
 
 def cases():
@@ -57,27 +52,3 @@ def test_deeper_protocols_before_do_not_change_the_answer(answers):
     deep = LoadingProtocol(peak_indentation=100.0, loading_rate=1e3, dwell_time=0.01, unloading_rate=1e3)
     simulate(Scene(3.2, StandardLinearSolid(0.1)), deep, "draft")
     same([force(case) for case in cases()], answers)
-
-
-# Interruptions of every kind are tried with a stand-in for the solver in `tests/bem/dataset`.
-@pytest.mark.slow
-def test_interrupted_campaign_ends_the_same(tmp_path):
-    plan = Campaign(count=12, seed=5, accuracy="draft")
-    run_campaign(plan, tmp_path / "whole.h5", workers=1)
-
-    class EnoughError(Exception):
-        pass
-
-    def stop(*_):
-        seen.append(None)
-        if len(seen) == 6:
-            raise EnoughError
-
-    seen = []
-    with pytest.raises(EnoughError):
-        run_campaign(plan, tmp_path / "resumed.h5", workers=1, progress=stop)
-    run_campaign(plan, tmp_path / "resumed.h5", workers=2)
-    whole, resumed = load_dataset(tmp_path / "whole.h5"), load_dataset(tmp_path / "resumed.h5")
-    np.testing.assert_array_equal(resumed.force, whole.force)
-    for name in SCALARS:
-        np.testing.assert_array_equal(resumed.scalars[name], whole.scalars[name])

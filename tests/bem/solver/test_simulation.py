@@ -208,18 +208,6 @@ def test_a_large_tabor_parameter_ends_at_its_budget(name, accuracy):
     assert trajectory.stats.multiply_adds < 5.5e9
 
 
-def test_a_glassy_start_is_the_elastic_solution_of_the_instantaneous_modulus():
-    path = PiecewiseLinearProtocol([0.0, 1e-7], [-1.0, 3.0])
-    glassy = run(protocol=path, accuracy=1e-3, initial_state="glassy")
-    relaxed = run(protocol=path, accuracy=1e-3)
-    stiff = run(material=Elastic(), tabor=0.1 ** (2.0 / 3.0), protocol=path, accuracy=1e-3)
-    soft = run(material=Elastic(), protocol=path, accuracy=1e-3)
-    assert glassy.force[0] == pytest.approx(stiff.force[0], rel=1e-3)
-    assert glassy.force[-1] == pytest.approx(stiff.force[-1], rel=1e-3)
-    assert relaxed.force[0] == pytest.approx(soft.force[0], rel=1e-3)
-    assert abs(glassy.force[0] / relaxed.force[0] - 1.0) > 0.05
-
-
 def test_a_held_contact_relaxes_to_the_elastic_force():
     path = PiecewiseLinearProtocol([0.0, 1e-3, 60.0], [-1.0, 3.0, 3.0])
     held, elastic = (run(material=material, protocol=path, accuracy=1e-3) for material in (SOFT, Elastic()))
