@@ -22,15 +22,17 @@ from bem.solver.records import (
     DETACHED,
     JUMP,
     NO_EQUILIBRIUM,
+    NODES,
     OUT_OF_WORK,
     RECORD,
+    STEPS,
     Marched,
     Records,
+    is_spent,
     new_records,
     with_jump,
     with_record,
 )
-from bem.solver.work import FOLD_SOLVES, NODES, STEPS, is_spent
 
 _PARTS = 6  # of the curve between two points, each recorded
 _ROUNDING = 1e-12
@@ -347,6 +349,6 @@ def march_elastic(
     for k, after in enumerate(jumps["eigenvalue_after"].tolist()):
         if after == after:  # the sphere has not flown off
             jumps["eigenvalue_after"][k] = branch.smallest_eigenvalue(after, device)
-    work[STEPS], work[FOLD_SOLVES] = states.size, jumps.size
+    work[STEPS] = states.size
     work[NODES] = round(states.size * np.mean(points["nodes"]))
     return Marched(states, jumps, work, steps, energies, outcome)

@@ -32,7 +32,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, lu_factor, lu_solve
-from bem.solver.work import count_factorisation, count_iteration
+from bem.solver.records import count_factorisation, count_iteration
 from bem.tractions import Interface, slope_at, tractions_of
 from bem.tractions.pressed import changed_gap, pressed_below, pressed_gaps
 
@@ -79,8 +79,7 @@ def residual_of(
     influence: np.ndarray, gap: np.ndarray, tractions: np.ndarray, response: float, rhs: np.ndarray, out: np.ndarray
 ) -> None:
     """F(h) = h + a G sigma - rhs of every node into `out` (n,)."""
-    for i in range(out.size):
-        out[i] = 0.0
+    out[:] = 0.0
     add_rows(influence, tractions, out)
     for i in range(out.size):
         out[i] = gap[i] + response * out[i] - rhs[i]
@@ -91,9 +90,7 @@ def _nodes_with_slope(interface: Interface, influence: np.ndarray, gap: np.ndarr
     """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
     count = gap.size
     while count > 3 and gap[count - 1] > 2.5:
-        largest = 0.0
-        for i in range(gap.size):
-            largest = max(largest, influence[count - 1, i])
+        largest = np.max(influence[count - 1])
         if response * interface.tabor * abs(slope_at(interface.law, gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
             break
         count -= 1
@@ -195,7 +192,7 @@ def solve_adhesive(
         tolerance: largest residual allowed, in h0.
         force_error: largest error of the force allowed, in pi R dgamma.
         factor: kept factorisation, used first and refreshed when convergence is slow.
-        work: counts as in `bem.solver.work`; iterations, factorisations and unknowns are added to.
+        work: counts as in `bem.solver.records`; iterations, factorisations and unknowns are added to.
 
     Returns:
         whether a stable state was found within both.

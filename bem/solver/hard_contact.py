@@ -23,14 +23,19 @@ from bem.solver.records import (
     DETACHED,
     INTERRUPTED,
     JUMP,
+    MULTIPLY_ADDS,
+    NODES,
     OUT_OF_WORK,
     PROFILE,
     RECORD,
+    REJECTIONS,
+    STEPS,
     Marched,
+    is_spent,
     new_records,
+    new_work,
     with_record,
 )
-from bem.solver.work import MULTIPLY_ADDS, NODES, REJECTIONS, STEPS, is_spent, new_work
 
 _RECORDS = 4.0  # along the largest contact radius, at a target of 1
 _ELEMENTS = 4.0  # along it, at a target of 1
@@ -93,20 +98,16 @@ def follow_hard_contact(
         end = times[first - 1] + part * (times[first] - times[first - 1]) if first else times[0]
         more = int(first > 0 and end > times[first - 1])
         times, controls = np.append(times[:first], [end] * more), np.append(controls[:first], [0.0] * more)
+    rung = "Hertz"
     if times.size < 2:
         touch = np.zeros(times.size, RECORD)
         touch["time"] = times
-        found, rung = (
-            Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED),
-            "Hertz",
-        )
+        found = Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED)
     elif scene.material.strengths.size == 0:
-        density = _RECORDS / accuracy.target**0.33
-        found, rung = follow_hertz(_shape_of(scene), device, times, controls, density), "Hertz"
+        found = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
     else:
-        start = (deepest_indentation(scene, path), times, controls)
-        found = _elements(scene, device, *start, accuracy.target, glassy, most_work, stop)
-        rung = "elements"
+        rung, deepest = "elements", deepest_indentation(scene, path)
+        found = _elements(scene, device, deepest, times, controls, accuracy.target, glassy, most_work, stop)
     if parted and found.outcome == COMPLETED:
         found = found._replace(outcome=DETACHED)
     steps = np.zeros(path.times.size - 1, dtype=np.int64)

@@ -19,7 +19,7 @@ from bem.solver.extrapolation import (
 from bem.solver.gap_equation import depth_error, expected_depth, influence_of, right_side, rigid_side
 from bem.solver.jumps import is_unstable
 from bem.solver.problem import Problem
-from bem.solver.work import ITERATIONS, MULTIPLY_ADDS, count_factorisation
+from bem.solver.records import ITERATIONS, MULTIPLY_ADDS, count_factorisation
 from bem.tractions import force_of
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
@@ -53,7 +53,7 @@ def try_step(
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
         shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
             then. Behind a spring it always is.
-        work: counts as in `bem.solver.work`, added to.
+        work: counts as in `bem.solver.records`, added to.
 
     Returns:
         gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
@@ -72,20 +72,12 @@ def try_step(
     if interface.nonadhesive:
         solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
     else:
-        before = work[ITERATIONS]
+        before, weights = work[ITERATIONS], mesh.force_weights
+        # a stiff response turns a small residual into a large traction
+        residual = controls.residual * min(1.0, 10.0 * response)
+        error = problem.force_error * max(abs(state.force), problem.scales.force)
         solved = solve_adhesive(
-            interface,
-            influence,
-            mesh.force_weights,
-            rhs,
-            response,
-            # a stiff response turns a small residual into a large traction
-            controls.residual * min(1.0, 10.0 * response),
-            problem.force_error * max(abs(state.force), problem.scales.force),
-            factor,
-            gap,
-            traction,
-            work,
+            interface, influence, weights, rhs, response, residual, error, factor, gap, traction, work
         )
         if not solved and device.by_force:
             predict(interface, recent, time, gap, traction, DEPTH, False)
@@ -93,7 +85,7 @@ def try_step(
             solved = _solve_by_depth(problem, state, control, rigid + control, depth, response, gap, traction, work)
             factor.order[0] = 0
         if solved and shortened:
-            factorise(interface, influence, mesh.force_weights, gap, response, factor, work)
+            factorise(interface, influence, weights, gap, response, factor, work)
             solved = not factor.unstable[0]
         if solved and device.compliance > 0.0:  # it is linearised anew in each step
             count_factorisation(work, rhs.size)
@@ -137,27 +129,17 @@ def _solve_by_depth(
     Returns:
         whether a solution was found.
     """
-    interface, mesh = problem.interface, state.mesh
+    interface, mesh, weights = problem.interface, state.mesh, state.mesh.force_weights
     residual, factor = problem.controls.residual * min(1.0, 10.0 * response), new_factor(gap.size)
     force_error = problem.force_error * max(abs(state.force), problem.scales.force)
     last_depth, last_miss = np.nan, np.nan
     for _ in range(_MOST_DEPTHS):
         rhs = free - depth
         if not solve_adhesive(
-            interface,
-            mesh.influence,
-            mesh.force_weights,
-            rhs,
-            response,
-            residual,
-            force_error,
-            factor,
-            gap,
-            traction,
-            work,
+            interface, mesh.influence, weights, rhs, response, residual, force_error, factor, gap, traction, work
         ):
             return False
-        miss = force_of(interface, mesh.force_weights, gap, traction) - prescribed
+        miss = force_of(interface, weights, gap, traction) - prescribed
         if abs(miss) <= 0.1 * force_error:
             return True
         slope = (miss - last_miss) / (depth - last_depth)

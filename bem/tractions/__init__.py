@@ -13,7 +13,6 @@ from bem.tractions.interface import Interface as Interface
 from bem.tractions.interface import deviation as deviation
 from bem.tractions.interface import force_of as force_of
 from bem.tractions.interface import interface_of as interface_of
-from bem.tractions.interface import reshape as reshape
 from bem.tractions.interface import stored_energy as stored_energy
 from bem.tractions.interface import tail_bend as tail_bend
 from bem.tractions.interface import tail_share as tail_share

@@ -7,8 +7,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe, ellipkm1
 
-from bem.discretisation.elliptic_integrals import elliptic_integrals
-from bem.discretisation.hat_influence import hat_influence, kernel_series, ring_moments, second_integral
+from bem.discretisation.hat_influence import (
+    elliptic_integrals,
+    hat_influence,
+    kernel_series,
+    ring_moments,
+    second_integral,
+)
 from bem.discretisation.influence import force_weights, influence_matrix, unit_influence
 from bem.reference_solutions import displacements
 

@@ -3,7 +3,7 @@ import pytest
 
 from bem.discretisation.cohesive_zone import contact_edge
 from bem.solver.equilibrium import anderson_share, new_factor, solve_adhesive
-from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
+from bem.solver.records import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
 from bem.tractions import GAP_AT_PEAK, force_of, slope
 from tests.bem.solver.contacts import lennard_jones, mesh_for, right_side, stress
 

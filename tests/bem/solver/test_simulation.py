@@ -6,7 +6,7 @@ import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method
 from bem.discretisation.mesh import uniform_mesh
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import jkr
 from bem.solver import simulation
@@ -33,21 +33,6 @@ def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
     assert trajectory.indentation[[0, -1]] == pytest.approx([start, start])
     assert np.max(trajectory.indentation) == 4.0
     assert trajectory.time[-1] == pytest.approx(PROTOCOL.phase_times(1.0)[-1])
-
-
-def test_each_effect_has_its_own_cost_in_memory_vectors():
-    terms = {1: [0.8], 2: [0.4, 0.4], 3: [0.3, 0.3, 0.2]}
-    assert run(material=Elastic()).stats.memory_vectors == 0
-    assert run(material=StandardLinearSolid(modulus_ratio=1.0)).stats.memory_vectors == 0
-    assert run().stats.memory_vectors == 1
-    for count, strengths in terms.items():
-        material = PronySeries(strengths, 10.0 ** np.arange(count))
-        assert run(material=material).stats.memory_vectors == count
-
-
-def test_the_far_field_leaves_the_linear_solve():
-    stats = run().stats
-    assert 3.0 < stats.unknowns_per_solve < 0.7 * stats.nodes
 
 
 def test_phases_that_do_not_occur_take_no_steps():
@@ -94,17 +79,6 @@ def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, l
     np.testing.assert_allclose(followed.at(at), fine.at(at), rtol=0.0, atol=1e-3 * scale)
     drift = at > times[-2]
     np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
-
-
-@pytest.mark.parametrize("material", [Elastic(), SOFT])
-def test_a_users_mesh_agrees_with_the_one_that_follows_the_edge(material):
-    own = run(material=material, accuracy="standard", mesh=uniform_mesh(7.0, 200))
-    ours = run(material=material, accuracy="standard")
-    assert own.stats.nodes == own.stats.grid_nodes == 200
-    assert own.stats.remeshings == 0
-    assert own.pull_off_force == pytest.approx(ours.pull_off_force, rel=0.01)
-    if material is SOFT:
-        assert own.hysteresis == pytest.approx(ours.hysteresis, rel=0.01)
 
 
 @pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
