@@ -55,12 +55,6 @@ def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(g
     assert tail_energy(gap) == pytest.approx(2.0 * beyond, rel=1e-8, abs=1e-9)
 
 
-def test_kernels_are_compiled_and_the_laws_are_values():
-    assert all(hasattr(getattr(tractions, name), "py_func") for name in ("traction", "slope", "tail_force"))
-    assert tractions.LennardJones() == tractions.LennardJones()
-    assert tractions.LennardJones() != tractions.HardContact()
-
-
 @pytest.mark.parametrize("gap", GAPS)
 def test_the_formulas_of_any_law_are_those_of_lennard_jones_by_default(gap):
     law = law_of(tractions.LennardJones())

@@ -5,8 +5,8 @@ The largest tensions and the two folds were found by an independent solver; the 
 
 import pytest
 
-from bem import LoadingProtocol, Scene
-from tests.validation.cases import completed
+from bem import Scene
+from tests.validation.cases import completed, ramps
 
 LARGEST_TENSION = {
     0.02: 2.0,
@@ -24,9 +24,7 @@ STAGE = (-2.8896, -5.2913)  # where it snaps in and off behind a spring of 0.4, 
 
 def cycle(tabor, accuracy=1e-3, **changes):
     lowest = None if not changes else -10.0
-    protocol = LoadingProtocol(
-        peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=lowest
-    )
+    protocol = ramps(2.0, 1.0, 0.0, 1.0, lowest)
     return completed(Scene(tabor, **changes), protocol, accuracy)
 
 

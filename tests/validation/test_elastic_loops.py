@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bem import HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
-from tests.validation.cases import stage_area
+from bem import HardContact, PiecewiseLinearProtocol, Scene, simulate
+from tests.validation.cases import ramps, stage_area
 
-DEEP = LoadingProtocol(peak_indentation=30.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
-SHALLOW = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+DEEP = ramps(30.0, 1.0, 0.0, 1.0)
+SHALLOW = ramps(1.0, 1.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("tabor", [1.1, 1.5, 2.0, 3.0])

@@ -10,9 +10,9 @@ from bem import HardContact, PowerLaw, Scene, simulate
 from bem.discretisation.mesh import uniform_mesh
 from bem.indenter import tension_without_deformation
 from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hereditary_hertz, hertz, jkr
-from tests.validation.cases import completed
+from tests.validation.cases import completed, ramps
 
 EXPONENTS = (1.0, 1.5, 3.0, 8.0)
 SOFT = StandardLinearSolid(0.1)
@@ -117,9 +117,7 @@ def test_the_pull_off_under_load_is_that_of_jkr(exponent):
 @pytest.mark.parametrize("exponent", EXPONENTS)
 def test_a_long_ranged_contact_is_pulled_off_as_if_rigid(exponent):
     tabor = 0.01
-    cycle = LoadingProtocol(
-        peak_indentation=0.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-4.0
-    )
+    cycle = ramps(0.0, 1.0, 0.0, 1.0, -4.0)
     found = completed(shaped(exponent, tabor), cycle, 1e-3)
     exact = tension_without_deformation(tabor, exponent)
     assert found.at(4.0) == pytest.approx(exact, rel=0.03)
