@@ -106,8 +106,22 @@ def follow_hard_contact(
     elif scene.material.strengths.size == 0:
         found = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
     else:
-        rung, deepest = "elements", deepest_indentation(scene, path)
-        found = _elements(scene, device, deepest, times, controls, accuracy.target, glassy, most_work, stop)
+        rung, solid, deepest, n = "elements", solid_of(scene.material), deepest_indentation(scene, path), scene.exponent
+        shape = _shape_of(scene, solid.glassy if glassy else 1.0)
+        radius = in_python(_radius_under)(shape, device, float(controls[0]))
+        depth = shape.depth * radius**n if radius > 0.0 or not device.inward else float(controls[0])
+        # Forces are exact where the indentation is known, and only the curve between them must be resolved.
+        allowed = 0.5 * accuracy.target**0.9 if device.inward else 0.6 * accuracy.target**1.08
+        count, followed = math.ceil(_ELEMENTS / math.sqrt(accuracy.target)), False
+        while not followed:  # by a row that reaches as far as the contact does
+            reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
+            rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
+            places = places_of(scene.tabor, reach, count, n)
+            found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work, stop)
+            reached = float(found.records["contact_radius"].max())
+            followed = device.compliance == 0.0 or reached > _FIRST_REACH * reach or reached == 0.0
+            followed = followed or found.outcome != COMPLETED
+            deepest *= (1.2 * reached / reach) ** n
     if parted and found.outcome == COMPLETED:
         found = found._replace(outcome=DETACHED)
     steps = np.zeros(path.times.size - 1, dtype=np.int64)
@@ -191,37 +205,6 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
     work = new_work()
     work[STEPS], work[MULTIPLY_ADDS] = filled - 1, 30 * filled
     return Marched(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
-
-
-def _elements(
-    scene: Scene,
-    device: Device,
-    deepest: float,
-    times: np.ndarray,
-    controls: np.ndarray,
-    target: float,
-    glassy: bool,
-    most_work: float,
-    stop: np.ndarray,
-) -> Marched:
-    """The row of elements, which reaches as far as the contact does."""
-    solid = solid_of(scene.material)
-    stiffness = solid.glassy if glassy else 1.0
-    n, shape = scene.exponent, _shape_of(scene, stiffness)
-    first = in_python(_radius_under)(shape, device, float(controls[0]))
-    depth = shape.depth * first**n if first > 0.0 or not device.inward else float(controls[0])
-    # Forces are exact where the indentation is known, and only the curve between them must be resolved.
-    allowed = 0.5 * target**0.9 if device.inward else 0.6 * target**1.08
-    count = math.ceil(_ELEMENTS / math.sqrt(target))
-    while True:
-        reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
-        rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
-        places = places_of(scene.tabor, reach, count, n)
-        found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work, stop)
-        reached = float(found.records["contact_radius"].max())
-        if device.compliance == 0.0 or reached > _FIRST_REACH * reach or found.outcome != COMPLETED or reached == 0.0:
-            return found
-        deepest *= (1.2 * reached / reach) ** n
 
 
 @kernel_part

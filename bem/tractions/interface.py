@@ -50,6 +50,14 @@ def deviation(interface: Interface, radius: float) -> float:
 
 
 @kernel
+def reshape(interface: Interface, scale: float, radii: np.ndarray, out: np.ndarray) -> None:
+    """Add the `deviation` at `scale` times the `radii` (n,) to `out` (n,)."""
+    if interface.exponent != PARABOLOID:
+        for i in range(out.size):
+            out[i] += deviation(interface, scale * radii[i])
+
+
+@kernel
 def tail_share(interface: Interface, radius: float, gap: float) -> float:
     """Force beyond a node, over that of a paraboloid with the same gap there, 2 int sigma r^(2-n) dh.
 
@@ -95,9 +103,7 @@ def stored_energy(
     """U of an elastic equilibrium `gap`, `tractions` (n,) at the indentation `depth`."""
     tabor, law = interface.tabor, interface.law
     total, higher = 0.0, np.zeros(gap.size)
-    if interface.exponent != PARABOLOID:
-        for i in range(gap.size):
-            higher[i] += deviation(interface, radii[i])
+    reshape(interface, 1.0, radii, higher)
     for i in range(gap.size):
         lifted = 1.0 - depth + 0.5 * tabor * radii[i] ** 2 - gap[i] + higher[i]
         surface = 0.0 if interface.nonadhesive else tabor * potential_at(law, gap[i])

@@ -15,17 +15,15 @@ from bem.tractions import (
     ConstantStress,
     TractionLaw,
     law_of,
-    potential,
-    potential_at,
     slope,
     slope_at,
-    tail_energy,
-    tail_energy_at,
     tail_force,
     tail_force_at,
     traction,
     traction_at,
 )
+from bem.tractions.law import potential_at, tail_energy_at
+from bem.tractions.lennard_jones import potential, tail_energy
 
 OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), ConstantStress(width=0.05))
 GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
