@@ -5,7 +5,17 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Contact, HardContact, Scene, TractionLaw, recommend, simulate, simulate_paper_method
+from bem import (
+    ConstantStress,
+    Contact,
+    HardContact,
+    PowerLaw,
+    Scene,
+    TractionLaw,
+    recommend,
+    simulate,
+    simulate_paper_method,
+)
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
@@ -24,8 +34,8 @@ PAIRS = [0.0, 1.0], [0.0, 1.0]
 NUMBER = "must be a finite number"
 RATIO = f"modulus_ratio {NUMBER} greater than 0 and at most 1; received"
 SPEED = rf"{NUMBER} at least 1e-12 and at most 1e\+12; received"
+INSIDE = "mesh must reach beyond the contact, .*; received one that ends at 2"
 DISC = "uniform_mesh needs a radius > 0 and a count of at least 3"
-
 
 scene, cycle = partial(Scene, tabor=1.0), partial(LoadingProtocol, **CYCLE)
 simulated = partial(simulate, scene=SCENE, protocol=PROTOCOL, accuracy="draft")
@@ -39,6 +49,7 @@ disc = partial(uniform_mesh, radius=1.0, count=10)
 fitted = partial(fit_prony, frequency=[1.0, 10.0, 100.0], storage=[1.0, 1.5, 2.0], loss=[0.1, 0.2, 0.1])
 energy = partial(persson_brener.effective_energy, crack_velocity=1.0, modulus_ratio=0.1)
 velocity = partial(persson_brener.crack_velocity, effective_energy=1.0, modulus_ratio=0.1)
+CONE = scene(indenter=PowerLaw(1.0))
 
 
 def advanced(duration=1.0, **step):
@@ -71,6 +82,12 @@ REFUSED = [
     *each(simulated, "initial_state", r"^initial_state must be 'relaxed' or 'glassy'; received 'wet'$", "wet"),
     *each(simulated, "mesh", r"^mesh must start at 0 and increase strictly; received", [0.0, 2.0, 1.0]),
     *each(simulated, "mesh", r"^mesh must be a 1D array of at least 3 finite radii", [0.0, 2.0]),
+    *each(simulated, "mesh", INSIDE, uniform_mesh(2.0, 200)),
+    (simulated, {"mesh": uniform_mesh(2.0, 200), "scene": scene(adhesion=HardContact())}, INSIDE),
+    *each(PowerLaw, "exponent", f"exponent of the indenter {NUMBER} at least 1 and", 0.5, 9.0, np.nan, "cone"),
+    *each(scene, "indenter", r"indenter must be one of PowerLaw\(...\)", "cone"),
+    *each(by_the_paper, "scene", "the paper's method knows the paraboloid only", CONE),
+    *each(recommended, "scene", "recommend knows the paraboloid only", CONE),
     *each(by_the_paper, "nodes", "nodes must be a whole number from 10 to 4000", 5),
     *each(by_the_paper, "steps", "steps must be a whole number from 2 to 20000", 1),
     *each(by_the_paper, "scene", "adhesion of the scene must be one of LennardJones", scene(adhesion=HardContact())),

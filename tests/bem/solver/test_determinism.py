@@ -1,21 +1,16 @@
-"""The same answer on one core and two, in any order, and after an interruption."""
+"""The same answer on one core and two, and in any order."""
 
 import numpy as np
 import pytest
 from joblib import Parallel, delayed
 
-from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.dataset.designs import Design
+from bem import PronySeries, Scene, StandardLinearSolid, simulate
+from tests.validation.cases import drawn_from_the_papers_box, ramps
 
 
 def cases():
-    drawn = Design("log-uniform").protocols(6, seed=21)
-    found = []
-    for i in range(6):
-        quantities = {name: float(values[i]) for name, values in drawn.items()}
-        found.append((Scene(quantities.pop("tabor"), StandardLinearSolid(0.1)), LoadingProtocol(**quantities)))
-    found.append((Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), found[0][1]))
-    return found
+    found = drawn_from_the_papers_box(6)
+    return [*found, (Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), found[0][1])]
 
 
 def force(case):
@@ -48,6 +43,6 @@ def test_the_answer_is_the_same(answers, way):
 
 def test_deeper_protocols_before_do_not_change_the_answer(answers):
     """The influence matrix that is kept grows with the deepest scene so far."""
-    deep = LoadingProtocol(peak_indentation=100.0, loading_rate=1e3, dwell_time=0.01, unloading_rate=1e3)
+    deep = ramps(100.0, 1e3, 0.01, 1e3)
     simulate(Scene(3.2, StandardLinearSolid(0.1)), deep, "draft")
     same([force(case) for case in cases()], answers)

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method
-from bem.discretisation.mesh import uniform_mesh
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import jkr
@@ -79,13 +78,6 @@ def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, l
     np.testing.assert_allclose(followed.at(at), fine.at(at), rtol=0.0, atol=1e-3 * scale)
     drift = at > times[-2]
     np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
-
-
-@pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
-def test_a_mesh_that_ends_inside_the_contact_is_refused(adhesion):
-    deep = dataclasses.replace(PROTOCOL, peak_indentation=20.0)
-    with pytest.raises(ValueError, match=r"mesh must reach beyond the contact, .*; received one that ends at 2"):
-        run(adhesion=adhesion, protocol=deep, mesh=uniform_mesh(2.0, 200))
 
 
 def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
