@@ -133,35 +133,6 @@ def factorise(
 
 
 @kernel
-def _update(
-    interface: Interface,
-    gap: np.ndarray,
-    tractions: np.ndarray,
-    correction: np.ndarray,
-    by_traction: np.ndarray,
-    wanted: np.ndarray,
-    pressed: np.ndarray,
-) -> None:
-    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised.
-
-    `wanted` and `pressed` (n,) are overwritten.
-    """
-    tabor, law, inside = interface.tabor, interface.law, 0
-    for j in range(gap.size):
-        if by_traction[j]:
-            inside = j + 1
-    for j in range(inside):
-        # Where the traction is no unknown, what is found is not used.
-        wanted[j] = (tractions[j] - correction[j]) / tabor if by_traction[j] else -1.0
-    pressed_gaps(wanted, inside, gap, law, pressed)
-    for j in range(gap.size):
-        if by_traction[j]:
-            gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
-        else:
-            gap[j] += min(max(-correction[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
-
-
-@kernel
 def anderson_share(residual: np.ndarray, last: np.ndarray) -> float:
     """Share of the last change that Anderson's method takes back, so that the residual, were it linear, is smallest."""
     along, square = 0.0, 0.0
@@ -197,7 +168,7 @@ def solve_adhesive(
     Returns:
         whether a stable state was found within both.
     """
-    n = gap.size
+    n, law = gap.size, interface.law
     residual, correction, move = np.empty(n), np.empty(n), np.empty(n)
     last_residual, last_correction = np.empty(n), np.empty(n)
     wanted, pressed = np.empty(n), np.empty(n)
@@ -236,7 +207,20 @@ def solve_adhesive(
             move[i] = correction[i] - share * change
             last_residual[i], last_correction[i] = residual[i], correction[i]
         can_extrapolate = True
-        _update(interface, gap, tractions, move, factor.by_traction, wanted, pressed)
+        # Each unknown is kept on the branch of the law on which it was linearised.
+        inside = 0
+        for j in range(n):
+            if factor.by_traction[j]:
+                inside = j + 1
+        for j in range(inside):
+            # Where the traction is no unknown, what is found is not used.
+            wanted[j] = (tractions[j] - move[j]) / interface.tabor if factor.by_traction[j] else -1.0
+        pressed_gaps(wanted, inside, gap, law, pressed)
+        for j in range(n):
+            if factor.by_traction[j]:
+                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
+            else:
+                gap[j] += min(max(-move[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
         count_iteration(work, n, order)
     return False
 

@@ -59,7 +59,7 @@ def try_step(
         gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
     """
     interface, device, controls = problem.interface, problem.device, problem.controls
-    mesh, response = state.mesh, remembered.response
+    mesh, response, weights = state.mesh, remembered.response, state.mesh.force_weights
     work[MULTIPLY_ADDS] += 20_000 + (mesh.radii.size + 200) * remembered.traction.size
     rigid = rigid_side(interface, mesh, control, remembered)
     guess_gap, guess_traction = np.empty(rigid.size), np.empty(rigid.size)
@@ -72,12 +72,12 @@ def try_step(
     if interface.nonadhesive:
         solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
     else:
-        before, weights = work[ITERATIONS], mesh.force_weights
+        before = work[ITERATIONS]
         # a stiff response turns a small residual into a large traction
         residual = controls.residual * min(1.0, 10.0 * response)
-        error = problem.force_error * max(abs(state.force), problem.scales.force)
+        force_error = problem.force_error * max(abs(state.force), problem.scales.force)
         solved = solve_adhesive(
-            interface, influence, weights, rhs, response, residual, error, factor, gap, traction, work
+            interface, influence, weights, rhs, response, residual, force_error, factor, gap, traction, work
         )
         if not solved and device.by_force:
             predict(interface, recent, time, gap, traction, DEPTH, False)
@@ -94,7 +94,15 @@ def try_step(
             factor.order[0] = 0
     if not solved:
         return gap, traction, False, 0.25
-    accepted, shrink = _judge(problem, state, recent, guess_gap, guess_traction, time, gap, traction, can_shrink)
+    order, scales = min(recent.count[0], CONTROL), problem.scales
+    wanted = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
+    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, scales, wanted)
+    accepted, shrink = _verdict(error, controls.prediction, order, can_shrink)
+    if accepted and can_shrink and order >= 2 and not interface.nonadhesive:
+        force = force_of(interface, weights, gap, traction)
+        bends = bend_of_force(recent, time, force) > _BEND * max(abs(force), scales.force)
+        if bends and history_error(interface, recent, weights, time, force, scales) > 0.5 * controls.prediction:
+            accepted, shrink = False, 0.5
     if device.compliance > 0.0 and accepted:
         free = rigid + control
         predicted = expected_depth(mesh, free, response, guess_gap, guess_traction)
@@ -102,8 +110,8 @@ def try_step(
         if not device.by_force:  # the stage is known, so that only the force need be predicted
             found = control + device.compliance * state_of(interface, mesh, control, gap, traction).force
             predicted = control + device.compliance * expected_force(recent, time)
-        error = problem.scales.force_weight * depth_error(device, predicted, found)
-        accepted, by_depth = _verdict(error, controls.prediction, min(recent.count[0], CONTROL), can_shrink)
+        error = scales.force_weight * depth_error(device, predicted, found)
+        accepted, by_depth = _verdict(error, controls.prediction, order, can_shrink)
         shrink = min(shrink, by_depth) if accepted else by_depth
     return gap, traction, accepted, shrink
 
@@ -156,33 +164,4 @@ def _verdict(error: float, allowed: float, order: int, can_shrink: bool) -> tupl
     shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
     if can_shrink and error > 2.0 * allowed:
         return False, max(0.2, min(0.8, shrink))
-    return True, shrink
-
-
-@kernel_part
-def _judge(
-    problem: Problem,
-    state: State,
-    recent: Recent,
-    guess_gap: np.ndarray,
-    guess_traction: np.ndarray,
-    time: float,
-    gap: np.ndarray,
-    traction: np.ndarray,
-    can_shrink: bool,
-) -> tuple[bool, float]:
-    """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
-    interface, weights = problem.interface, state.mesh.force_weights
-    allowed, order = problem.controls.prediction, min(recent.count[0], CONTROL)
-    expected = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
-    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, problem.scales, expected)
-    accepted, shrink = _verdict(error, allowed, order, can_shrink)
-    if not accepted:
-        return False, shrink
-    if can_shrink and order >= 2 and not interface.nonadhesive:
-        force = force_of(interface, weights, gap, traction)
-        if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):
-            error = history_error(interface, recent, weights, time, force, problem.scales)
-            if error > 0.5 * allowed:
-                return False, 0.5
     return True, shrink
