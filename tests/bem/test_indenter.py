@@ -8,15 +8,13 @@ import pytest
 from scipy.optimize import minimize_scalar
 from typer.testing import CliRunner
 
-from bem import LoadingProtocol, PowerLaw, Scene
+from bem import PowerLaw, Scene
 from bem.cli.app import app
 from bem.dataset.cases import described, restored
 from bem.indenter import depth_factor, tension_without_deformation
 from bem.reference_solutions import hertz, jkr
 from surrogate.prediction.validity import contacts
 from tests.processes import succeeded
-
-CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0)
 
 
 def test_the_paraboloid_is_that_of_hertz_and_the_cone_that_of_love():

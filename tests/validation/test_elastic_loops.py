@@ -10,7 +10,6 @@ from bem import HardContact, PiecewiseLinearProtocol, Scene, simulate
 from tests.validation.cases import ramps, stage_area
 
 DEEP = ramps(30.0, 1.0, 0.0, 1.0)
-SHALLOW = ramps(1.0, 1.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("tabor", [1.1, 1.5, 2.0, 3.0])

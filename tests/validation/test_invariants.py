@@ -11,8 +11,6 @@ from tests.validation.cases import completed, ramps
 SCENE = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
 START = -(np.pi ** (2.0 / 3.0))
 
-logs = st.floats(-2.0, 3.0).map(lambda exponent: 10.0**exponent)
-
 
 def run(scene, protocol, accuracy="draft", **options):
     return completed(scene, protocol, accuracy, **options)

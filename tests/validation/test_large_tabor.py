@@ -3,38 +3,19 @@
 import numpy as np
 import pytest
 
-from bem import LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.discretisation import master_grid
 from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
-from tests.validation.cases import completed
+from tests.validation.cases import completed, ramps
 
 MOVING = 20  # nodes; so that every contact has a grid that moves
 
 
-def cycle(tabor, **changes):
-    quantities = {"loading_rate": tabor, "dwell_time": 0.2, "unloading_rate": tabor} | changes
-    return LoadingProtocol(peak_indentation=tabor, **quantities)
-
-
 @pytest.mark.parametrize("tabor", [100.0, 300.0])
 def test_the_limit_is_approached(tabor):
-    trajectory = simulate(Scene(tabor), cycle(tabor))
+    trajectory = simulate(Scene(tabor), ramps(tabor, tabor, 0.2, tabor))
     assert trajectory.pull_off_force == pytest.approx(jkr.PULL_OFF_FORCE, rel=1e-3)
-
-
-def test_following_the_edge_and_the_indentation_agree(monkeypatch):
-    path = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-8.0, 3.0, -2.0, 3.0, -8.0])
-    one = simulate(Scene(3.0), path)
-    monkeypatch.setattr(master_grid, "LARGEST_GRID", MOVING)
-    other = simulate(Scene(3.0), path)
-    assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=1e-3)
-    assert other.hysteresis == pytest.approx(one.hysteresis, rel=4e-3)
-    assert [jump.indentation for jump in other.jumps] == pytest.approx(
-        [jump.indentation for jump in one.jumps], abs=0.01
-    )
-    instants = np.linspace(0.05, 2.6, 40)
-    assert np.abs(other.at(instants) - one.at(instants)).max() < 0.01
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(0.1), PronySeries([0.5, 0.3], [0.1, 1.0])])
