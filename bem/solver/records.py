@@ -1,4 +1,4 @@
-"""What is recorded along a protocol: states, jumps and profiles, in tables that grow; the work; the top of force peaks.
+"""What is recorded along a protocol: states, jumps and profiles in tables that grow, work, and the top of each peak.
 
 Work is counted by every kernel in one integer array. Multiply-adds measure the whole: they are estimated from the sizes
 of the systems, as processor time is, but do not depend on the processor. Loops without another bound look at `is_spent`
