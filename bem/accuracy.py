@@ -55,7 +55,6 @@ class BranchControls(NamedTuple):
 class Accuracy:
     """A target relative error of pull-off force, hysteresis and force history, and the controls that meet it."""
 
-    name: str
     target: float
 
     def controls(self, resistance: float = 1.0) -> Controls:
@@ -141,9 +140,9 @@ def resolve_accuracy(accuracy: str | float) -> Accuracy:
         ValueError: for an unknown name or a target outside [2e-5, 0.05].
     """
     if isinstance(accuracy, str) and accuracy in NAMED_TARGETS:
-        return Accuracy(accuracy, NAMED_TARGETS[accuracy])
+        return Accuracy(NAMED_TARGETS[accuracy])
     if isinstance(accuracy, Real) and not isinstance(accuracy, bool) and TIGHTEST <= float(accuracy) <= LOOSEST:
-        return Accuracy(f"{float(accuracy):g}", float(accuracy))
+        return Accuracy(float(accuracy))
     names = ", ".join(repr(name) for name in NAMED_TARGETS)
     raise ValueError(
         f"accuracy must be {names} or a target relative error from {TIGHTEST:g} to {LOOSEST:g}; "

@@ -20,19 +20,10 @@ from bem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProt
 from bem.scene import Scene
 from bem.solver.equilibrium import Factor
 from bem.solver.memory import Memory
-from bem.solver.problem import Problem, problem_of, with_force
-from bem.solver.records import COMPLETED, new_records
+from bem.solver.problem import Problem, device_of, problem_of
+from bem.solver.records import COMPLETED, MOST_WORK, STEPS, new_records, new_work
 from bem.solver.simulation import REASONS, load_kernels
 from bem.solver.time_stepping import Progress, follow, segment_of, start
-from bem.solver.work import MOST_WORK, STEPS, new_work
-
-
-class _Step(NamedTuple):
-    """What was asked of a contact."""
-
-    duration: float
-    name: str  # of what is prescribed: "indentation" or "force"
-    value: float
 
 
 class _Moment(NamedTuple):
@@ -49,12 +40,6 @@ def _proceed(problem: Problem, progress: Progress, step: np.ndarray, work: np.nd
     """What follows a state in a `step` (3,): duration, and the control before and after."""
     segment = segment_of(problem, np.array([0.0, step[0]]), step[1:], 0, -1)
     return follow(problem, segment, progress, np.empty(0), stop, work)
-
-
-def _own(progress: Progress) -> Progress:
-    """The same state with arrays of its own, so that a step from it leaves it as it is."""
-    memory, factor = Memory(*map(np.copy, progress.memory)), Factor(*map(np.copy, progress.factor))
-    return progress._replace(memory=memory, factor=factor, records=in_python(new_records)())
 
 
 class Contact:
@@ -102,7 +87,7 @@ class Contact:
         if start_indentation is not None:
             self._start = finite_number("start_indentation", start_indentation, high=LARGEST_INDENTATION)
         load_kernels()
-        self._steps: list[_Step] = []
+        self._steps: list[tuple[float, str, float]] = []  # duration, and name and value of what was prescribed
         self._room = max(finite_number("deepest", deepest, high=LARGEST_INDENTATION), self._start)
         self.status = "completed"
         self._begin()
@@ -114,13 +99,14 @@ class Contact:
         """Set the state at the start, on a mesh with the present room, and take the steps so far."""
         path = PiecewiseLinearProtocol([0.0, 1.0], [self._room] * 2)
         problem = problem_of(self._scene, path, self._accuracy)
-        self._problems = {"indentation": problem, "force": with_force(problem, self._scene)}
+        by_force = problem._replace(device=device_of(self._scene, True, problem.scales.force))
+        self._problems = {"indentation": problem, "force": by_force}
         progress = start(problem, self._start, self._glassy, new_work(MOST_WORK))
         self._now = _Moment(0.0, self._start, progress, 0)
         if progress.outcome != COMPLETED:
             raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
         for step in self._steps:
-            self._now = self._after(step)
+            self._now = self._after(*step)
 
     @property
     def time(self) -> float:
@@ -164,14 +150,13 @@ class Contact:
             )
         name, value = ("indentation", indentation) if force is None else ("force", force)
         limit = LARGEST_INDENTATION if force is None else LARGEST_FORCE
-        step = _Step(
-            finite_number("duration", duration, above=0.0), name, finite_number(name, value, low=-limit, high=limit)
-        )
+        duration = finite_number("duration", duration, above=0.0)
+        step = duration, name, finite_number(name, value, low=-limit, high=limit)
         if name == "indentation":
-            self._need(step.value)
-        after = self._after(step)
+            self._need(step[2])
+        after = self._after(*step)
         if name == "force" and self._need(float(after.progress.state.depth)):
-            after = self._after(step)
+            after = self._after(*step)
         outcome = after.progress.outcome
         self.status = REASONS[outcome].format(MOST_WORK)
         if outcome != COMPLETED:
@@ -194,16 +179,17 @@ class Contact:
         self._begin()
         return True
 
-    def _after(self, step: _Step) -> _Moment:
-        """The state after a step."""
-        now, state = self._now, self._now.progress.state
-        first = now.stage if step.name == "indentation" else state.force
+    def _after(self, duration: float, name: str, value: float) -> _Moment:
+        """The state after a step, which leaves the present one as it is."""
+        now, before = self._now, self._now.progress
         work = new_work(MOST_WORK)
         work[STEPS] = now.steps
-        values = np.array([step.duration, first, step.value])
-        progress = interruptible(_proceed, self._problems[step.name], _own(now.progress), values, work)
+        values = np.array([duration, now.stage if name == "indentation" else before.state.force, value])
+        memory, factor = Memory(*map(np.copy, before.memory)), Factor(*map(np.copy, before.factor))
+        own = before._replace(memory=memory, factor=factor, records=in_python(new_records)())
+        progress = interruptible(_proceed, self._problems[name], own, values, work)
         spring = self._scene.spring
-        stage = step.value if step.name == "indentation" else progress.state.depth
-        if step.name == "force" and spring is not None:
+        stage = value if name == "indentation" else progress.state.depth
+        if name == "force" and spring is not None:
             stage -= progress.state.force / spring
-        return _Moment(now.time + step.duration, stage, progress, int(work[STEPS]))
+        return _Moment(now.time + duration, stage, progress, int(work[STEPS]))

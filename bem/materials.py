@@ -133,7 +133,12 @@ class PronySeries(Valued, Material):
         Returns:
             The series with the retardation strengths and times of the same solid.
         """
-        return cls(*_retardation_spectrum(*_checked_terms("moduli", moduli, times)))
+        amounts, relaxations = _checked_terms("moduli", moduli, times)
+        # As s^2 E(s) C(s) = 1, the retardation times T are the m roots of 1 - sum_i g_i t_i / (T - t_i), one above each
+        # relaxation time. No pole closes the last interval: its end lies so far out that the root is in its left half.
+        weights = amounts * relaxations
+        ends = np.append(relaxations, 2.0 * relaxations[-1:] + 4.0 * np.sum(weights))
+        return cls(*_poles(weights, relaxations, ends))
 
     @property
     def modulus_ratio(self) -> float:
@@ -177,29 +182,15 @@ def relaxation_spectrum(material: Material) -> tuple[FloatArray, FloatArray]:
     each retardation time; the residues give g = 1 / sum_i c_i tau_i t / (tau_i - t)^2.
     """
     times = material.times
-    weights = material.strengths * times
-    roots, distances = _roots(-weights, times, np.append(0.0, times))
-    return 1.0 / (roots * np.sum(weights / distances**2, axis=1)), roots
+    residues, roots = _poles(-material.strengths * times, times, np.append(0.0, times))
+    return -residues, roots
 
 
-def _retardation_spectrum(moduli: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Strengths and times of the creep compliance whose Laplace transform satisfies s^2 E(s) C(s) = 1.
+def _poles(weights: FloatArray, poles: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Amounts 1 / (x sum_i w_i / (x - p_i)^2) at the roots x of 1 = sum_i w_i / (x - p_i), and these, (n,) each.
 
-    The retardation times T are the m roots of 1 - sum_i g_i t_i / (T - t_i), one above each relaxation time; the
-    residues give c = 1 / (T sum_i g_i t_i / (T - t_i)^2).
-    """
-    weights = moduli * times
-    # No pole closes the last interval: this end lies so far out that the root is in its left half.
-    ends = np.append(times, 2.0 * times[-1:] + 4.0 * np.sum(weights))
-    roots, distances = _roots(weights, times, ends)
-    return 1.0 / (roots * np.sum(weights / distances**2, axis=1)), roots
-
-
-def _roots(weights: FloatArray, poles: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Roots x of 1 = sum_i w_i / (x - p_i), one between any two neighbouring ends, and their distances x - p.
-
-    Each root is sought as its distance from the nearer end, on a logarithmic scale, and the distances from all poles
-    (n, n), a row for each root, follow from that one: spectra spanning many decades lose no digits.
+    One root lies between any two neighbouring ends. It is sought as its distance from the nearer end, on a logarithmic
+    scale, and the distances from all poles follow from that one: spectra spanning many decades lose no digits.
     """
     # Imported here because scipy.optimize takes a noticeable part of a second.
     from scipy.optimize import brentq
@@ -221,7 +212,7 @@ def _roots(weights: FloatArray, poles: FloatArray, ends: FloatArray) -> tuple[Fl
             narrowest -= 5.0
         distance = sign * np.exp(brentq(balance, narrowest, widest, xtol=1e-15, rtol=1e-15))
         roots[j], distances[j] = end + distance, offsets + distance
-    return roots, distances
+    return 1.0 / (roots * np.sum(weights / distances**2, axis=1)), roots
 
 
 @kernel

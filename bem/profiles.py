@@ -108,11 +108,6 @@ def checked_instants(instants: ArrayLike, times: FloatArray) -> FloatArray:
     return found
 
 
-def shares_of_phases(trajectory: Any) -> FloatArray:
-    """Place (n,) of each record on an axis of time, from 0 to 1, on which every phase is wide enough to be seen."""
-    return np.interp(trajectory.time, *axis_of_phases(trajectory))
-
-
 def axis_of_phases(trajectory: Any) -> tuple[FloatArray, FloatArray]:
     """Instants (s,) at which the phases of a trajectory begin, and the end, and their `places_of`."""
     return trajectory.corners, places_of(trajectory.corners)
@@ -151,7 +146,7 @@ def telling_instants(trajectory: Any, count: int) -> FloatArray:
 
     They are equally spaced along the curve of force, indentation and phase, each over its range.
     """
-    curve = [shares_of_phases(trajectory)]
+    curve = [np.interp(trajectory.time, *axis_of_phases(trajectory))]
     for values in (trajectory.force, trajectory.indentation):
         extent = float(np.ptp(values))
         curve.append(values / extent if extent > 0.0 else values)

@@ -92,9 +92,6 @@ class Statistics:
     rejections: int = 0
     iterations: int = 0
     factorisations: int = 0
-    fold_solves: int = 0
-    """Steps finished by pseudo-transient continuation instead of Newton-Raphson."""
-    remeshings: int = 0
     memory_vectors: int = 0
     nodes: float = 0.0
     """Mean number of nodes."""
@@ -167,10 +164,6 @@ class Trajectory(Tabular):
         """Whether the history reaches the end of the protocol, or its contact ended under the prescribed force."""
         return is_completed(self.status)
 
-    @property
-    def _flew_off(self) -> bool:
-        return self.status.startswith("detached")
-
     @cached_property
     def _pull_off(self) -> int:
         if not self.completed or not np.any(self.unloading):
@@ -211,8 +204,9 @@ class Trajectory(Tabular):
         gap of the largest tension, so that a slow unloading ends attached there. A sphere that flew off under a
         prescribed force is detached.
         """
-        if not self.completed or self._flew_off:
-            return self._flew_off
+        flew_off = self.status.startswith("detached")
+        if not self.completed or flew_off:
+            return flew_off
         force = self.force[-1] / self.attraction
         return bool(self.contact_radius[-1] == 0.0 and far_field(force, self.indentation[-1]))
 
@@ -315,14 +309,8 @@ class Trajectory(Tabular):
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""
-        return {
-            "status": self.status,
-            "accuracy": self.accuracy,
-            "pull_off_force": self.pull_off_force,
-            "pull_off_time": self.pull_off_time,
-            "max_compression": self.max_compression,
-            "hysteresis": self.hysteresis,
-            "hysteresis_accuracy": self.hysteresis_accuracy,
+        names = ("status", "accuracy", "pull_off_force", "pull_off_time", "max_compression", "hysteresis")
+        return {name: getattr(self, name) for name in (*names, "hysteresis_accuracy")} | {
             "work": self.work() if self.completed else np.nan,
             "end_force": self.end_force,
             "detached": self.detached,

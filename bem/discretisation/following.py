@@ -18,7 +18,7 @@ from bem.discretisation.mesh import (
     resolves,
     spacing_at_edge,
 )
-from bem.discretisation.regrid import Remembered, carried, same_grid, same_places
+from bem.discretisation.regrid import Remembered, carried, same_grid
 from bem.discretisation.state import State, edge_left_window
 from bem.tractions import Interface
 
@@ -40,7 +40,7 @@ class Discretisation(NamedTuple):
 @kernel
 def same_nodes(one: Mesh, other: Mesh) -> bool:
     """Whether two meshes select the same nodes of the same master grid."""
-    return same_places(one.nodes, other.nodes) and same_grid(one.grid, other.grid)
+    return np.array_equal(one.nodes, other.nodes) and same_grid(one.grid, other.grid)
 
 
 @kernel_part

@@ -17,8 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bem.discretisation.elliptic_integrals import elliptic_integrals
-from bem.discretisation.hat_influence import ring_moments
+from bem.discretisation.hat_influence import elliptic_integrals, ring_moments
 
 _NEAR = 14  # spacings from a logarithm within which a hat is integrated exactly
 # Central differences of second, fourth, ... order in the integral over a hat, each with the rows left beside it.

@@ -68,7 +68,12 @@ def master_grid(
         MemoryError: with the number of equal spacings it would take, when that exceeds `LARGEST_REMEMBERED`, or
             `LARGEST_LATTICE` without a memory.
     """
-    size, spacing, radius = _equal_spacing(tabor, peak_indentation, controls, remembers, exponent)
+    radius = largest_contact_radius(peak_indentation, tabor, exponent)
+    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, exponent)
+    reach = far_radius(radius, controls.far_gap, tabor, exponent)
+    size, most = math.ceil(reach / spacing) + 2, LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
+    if size > most:
+        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {most}")
     if size <= LARGEST_GRID:
         matrix = _matrix_of(math.ceil(size / 256))
         return Grid(size, spacing, np.arange(size), matrix, True, -math.inf, math.inf)
@@ -85,31 +90,6 @@ def widened(grid: Grid) -> tuple[Grid, Grid]:
     matrix = _matrix_of(math.ceil(2 * size / 256))
     grids = [grid._replace(size=n, places=np.arange(n), unit_influence=matrix) for n in (2 * size - 1, size)]
     return grids[0], grids[1]._replace(spacing=2.0 * grid.spacing)
-
-
-def needs_to_move(
-    tabor: float, peak_indentation: float, controls: Controls, remembers: bool, exponent: float = PARABOLOID
-) -> bool:
-    """Whether equal spacing would take more than `LARGEST_GRID` nodes; arguments and errors as of `master_grid`."""
-    return _equal_spacing(tabor, peak_indentation, controls, remembers, exponent)[0] > LARGEST_GRID
-
-
-def _equal_spacing(
-    tabor: float, peak_indentation: float, controls: Controls, remembers: bool, exponent: float
-) -> tuple[int, float, float]:
-    """Nodes and spacing of a grid that is fine everywhere, and the largest contact radius."""
-    radius = largest_contact_radius(peak_indentation, tabor, exponent)
-    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, exponent)
-    reach = far_radius(radius, controls.far_gap, tabor, exponent)
-    size, most = math.ceil(reach / spacing) + 2, LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
-    if size > most:
-        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {most}")
-    return size, spacing, radius
-
-
-def fixed_grid(size: int) -> Grid:
-    """The grid of a mesh of that many nodes that are all in use, and whose influence is known."""
-    return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), False, -math.inf, math.inf)
 
 
 @functools.cache

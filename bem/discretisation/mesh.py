@@ -24,7 +24,7 @@ from bem._support.linear_algebra import copy_into
 from bem._support.wording import shown
 from bem.accuracy import Controls
 from bem.discretisation.influence import force_weights, influence_matrix
-from bem.discretisation.master_grid import AHEAD, BEHIND, Grid, fixed_grid
+from bem.discretisation.master_grid import AHEAD, BEHIND, Grid
 from bem.discretisation.smooth_traction import interpolation, ring_area
 
 _TRAVEL = 0.5  # how far the edge may move before nodes are chosen anew, in widths
@@ -62,7 +62,8 @@ def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
     shares[:, 0] = 1.0
     rows = influence if remembers else np.empty((0, radii.size))
     window = np.array([-1.0, math.inf])
-    return Mesh(nodes, radii, influence, rows, force_weights(radii), nodes, shares, window, fixed_grid(radii.size))
+    grid = Grid(radii.size, 0.0, nodes, np.empty((0, 0)), False, -math.inf, math.inf)
+    return Mesh(nodes, radii, influence, rows, force_weights(radii), nodes, shares, window, grid)
 
 
 @kernel

@@ -25,7 +25,7 @@ class Remembered(NamedTuple):
 @kernel
 def same_grid(one: Grid, other: Grid) -> bool:
     """Whether two grids of one scene have the same nodes."""
-    return one.spacing == other.spacing and (not moves(one) or same_places(one.places, other.places))
+    return one.spacing == other.spacing and (not moves(one) or np.array_equal(one.places, other.places))
 
 
 @kernel
@@ -36,17 +36,6 @@ def carried(remembered: Remembered, old: Grid, new: Grid) -> Remembered:
     moved = np.empty(new.size)
     carry(old, remembered.traction, new, moved)
     return Remembered(moved, remembered.response)
-
-
-@kernel
-def same_places(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two grids have the same nodes."""
-    if one.size != other.size:
-        return False
-    different = 0
-    for j in range(one.size):
-        different += one[j] != other[j]
-    return different == 0
 
 
 @kernel
@@ -77,17 +66,6 @@ def cubic(places: np.ndarray, values: np.ndarray, first: int, x: float) -> float
 
 
 @kernel
-def _limited_cubic(places: np.ndarray, values: np.ndarray, j: int, x: float) -> float:
-    """Value at x, between the nodes j and j + 1."""
-    part = (x - places[j]) / (places[j + 1] - places[j])
-    line = values[j] + part * (values[j + 1] - values[j])
-    if j == 0 or j + 2 >= places.size:
-        return line
-    total = cubic(places, values, j - 1, x)
-    return min(max(total, min(values[j], values[j + 1])), max(values[j], values[j + 1]))
-
-
-@kernel
 def regrid(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: np.ndarray) -> None:
     """Carry `values` (N,) from `places` (N,) to `new_places` (M,), into `out` (M,); both begin and end alike."""
     f = 0
@@ -100,8 +78,12 @@ def regrid(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: 
             out[i] = values[f]
         elif places[f + 1] == x:
             out[i] = values[f + 1]
+        elif f == 0 or f + 2 >= places.size:
+            part = (x - places[f]) / (places[f + 1] - places[f])
+            out[i] = values[f] + part * (values[f + 1] - values[f])
         else:
-            out[i] = _limited_cubic(places, values, f, float(x))
+            total = cubic(places, values, f - 1, float(x))
+            out[i] = min(max(total, min(values[f], values[f + 1])), max(values[f], values[f + 1]))
     _hand_on(places, values, new_places, out)
 
 

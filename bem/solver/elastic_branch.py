@@ -41,7 +41,7 @@ from bem.discretisation.scaled_meshes import (
 from bem.indenter import PARABOLOID
 from bem.solver.jumps import smallest_eigenvalue
 from bem.solver.problem import LoadingDevice
-from bem.solver.work import COUNTS, MOST, REJECTIONS, count_factorisation, count_iteration, is_spent, new_work
+from bem.solver.records import COUNTS, MOST, REJECTIONS, count_factorisation, count_iteration, is_spent, new_work
 from bem.tractions import (
     Interface,
     LennardJones,
@@ -149,8 +149,7 @@ def _set_gap(interface: Interface, contact: Contact, j: int, gap: float) -> None
 @kernel
 def _lift(influence: np.ndarray, tractions: np.ndarray, n: int, out: np.ndarray) -> None:
     """Displacement under tractions, over Tabor parameter and scale of the mesh."""
-    for i in range(n):
-        out[i] = 0.0
+    out[:n] = 0.0
     add_rows(influence[:n, :n], tractions[:n], out)
 
 
@@ -336,7 +335,7 @@ def follow(
         points: (m,) of `POINT`, filled.
         gaps: (m, N) of each point on its mesh, filled.
         works: (m, counts) the work up to each point, filled.
-        work: counts as in `bem.solver.work`, added to.
+        work: counts as in `bem.solver.records`, added to.
 
     Returns:
         number of points, and whether the curve is complete.
@@ -459,8 +458,8 @@ class Branch:
         """The curve up to the indentation `deepest`, and the work it takes, whether or not it was done before.
 
         Returns:
-            points (m,) of `POINT`, and counts as in `bem.solver.work`. The curve ends earlier where an equilibrium is
-            not found, or the budget is used up.
+            points (m,) of `POINT`, and counts as in `bem.solver.records`. The curve ends earlier where an equilibrium
+            is not found, or the budget is used up.
 
         Raises:
             MemoryError: where the contact edge is too narrow for its radius.

@@ -22,15 +22,17 @@ from bem.solver.records import (
     DETACHED,
     JUMP,
     NO_EQUILIBRIUM,
+    NODES,
     OUT_OF_WORK,
     RECORD,
+    STEPS,
     Marched,
     Records,
+    is_spent,
     new_records,
     with_jump,
     with_record,
 )
-from bem.solver.work import FOLD_SOLVES, NODES, STEPS, is_spent
 
 _PARTS = 6  # of the curve between two points, each recorded
 _ROUNDING = 1e-12
@@ -192,20 +194,6 @@ def _recorded(points: np.ndarray, records: Records, time: float, place: float) -
 
 
 @kernel
-def _landing(
-    points: np.ndarray, reading: Reading, device: LoadingDevice, fold: int, place: float, upwards: bool
-) -> float:
-    """The next place beyond the reading `fold` that has the control of a place; NaN where there is none."""
-    sign = 1 if upwards else -1
-    wanted, k = _control_at(points, device, place), fold
-    while 0 <= k < reading.place.size and sign * (reading.control[k] - wanted) < 0.0:
-        k += sign
-    if k < 0 or k == reading.place.size:
-        return np.nan
-    return _crossing(points, device, reading.place[k - sign], reading.place[k], wanted)
-
-
-@kernel
 def _moved(
     points: np.ndarray,
     reading: Reading,
@@ -228,7 +216,12 @@ def _moved(
         control = reading.control[k]
         if sign * (control - last) < -_ROUNDING * (1.0 + abs(last)):
             instant = times[0] + (last - controls[0]) / (controls[1] - controls[0]) * (times[1] - times[0])
-            after = _landing(points, reading, device, k, place, upwards)
+            # It lands on the next place beyond that has the same control; on none where it flies off.
+            after, wanted, j = np.nan, _control_at(points, device, place), k
+            while 0 <= j < reading.place.size and sign * (reading.control[j] - wanted) < 0.0:
+                j += sign
+            if 0 <= j < reading.place.size:
+                after = _crossing(points, device, reading.place[j - sign], reading.place[j], wanted)
             depth, force, _ = state_at(points, place)
             if np.isnan(after) and not device.by_force:
                 return place, records, NO_EQUILIBRIUM  # the curve is not complete
@@ -347,6 +340,6 @@ def march_elastic(
     for k, after in enumerate(jumps["eigenvalue_after"].tolist()):
         if after == after:  # the sphere has not flown off
             jumps["eigenvalue_after"][k] = branch.smallest_eigenvalue(after, device)
-    work[STEPS], work[FOLD_SOLVES] = states.size, jumps.size
+    work[STEPS] = states.size
     work[NODES] = round(states.size * np.mean(points["nodes"]))
     return Marched(states, jumps, work, steps, energies, outcome)

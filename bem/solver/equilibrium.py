@@ -32,7 +32,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, lu_factor, lu_solve
-from bem.solver.work import count_factorisation, count_iteration
+from bem.solver.records import count_factorisation, count_iteration
 from bem.tractions import Interface, slope_at, tractions_of
 from bem.tractions.pressed import changed_gap, pressed_below, pressed_gaps
 
@@ -79,8 +79,7 @@ def residual_of(
     influence: np.ndarray, gap: np.ndarray, tractions: np.ndarray, response: float, rhs: np.ndarray, out: np.ndarray
 ) -> None:
     """F(h) = h + a G sigma - rhs of every node into `out` (n,)."""
-    for i in range(out.size):
-        out[i] = 0.0
+    out[:] = 0.0
     add_rows(influence, tractions, out)
     for i in range(out.size):
         out[i] = gap[i] + response * out[i] - rhs[i]
@@ -91,9 +90,7 @@ def _nodes_with_slope(interface: Interface, influence: np.ndarray, gap: np.ndarr
     """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
     count = gap.size
     while count > 3 and gap[count - 1] > 2.5:
-        largest = 0.0
-        for i in range(gap.size):
-            largest = max(largest, influence[count - 1, i])
+        largest = np.max(influence[count - 1])
         if response * interface.tabor * abs(slope_at(interface.law, gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
             break
         count -= 1
@@ -136,35 +133,6 @@ def factorise(
 
 
 @kernel
-def _update(
-    interface: Interface,
-    gap: np.ndarray,
-    tractions: np.ndarray,
-    correction: np.ndarray,
-    by_traction: np.ndarray,
-    wanted: np.ndarray,
-    pressed: np.ndarray,
-) -> None:
-    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised.
-
-    `wanted` and `pressed` (n,) are overwritten.
-    """
-    tabor, law, inside = interface.tabor, interface.law, 0
-    for j in range(gap.size):
-        if by_traction[j]:
-            inside = j + 1
-    for j in range(inside):
-        # Where the traction is no unknown, what is found is not used.
-        wanted[j] = (tractions[j] - correction[j]) / tabor if by_traction[j] else -1.0
-    pressed_gaps(wanted, inside, gap, law, pressed)
-    for j in range(gap.size):
-        if by_traction[j]:
-            gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
-        else:
-            gap[j] += min(max(-correction[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
-
-
-@kernel
 def anderson_share(residual: np.ndarray, last: np.ndarray) -> float:
     """Share of the last change that Anderson's method takes back, so that the residual, were it linear, is smallest."""
     along, square = 0.0, 0.0
@@ -195,12 +163,12 @@ def solve_adhesive(
         tolerance: largest residual allowed, in h0.
         force_error: largest error of the force allowed, in pi R dgamma.
         factor: kept factorisation, used first and refreshed when convergence is slow.
-        work: counts as in `bem.solver.work`; iterations, factorisations and unknowns are added to.
+        work: counts as in `bem.solver.records`; iterations, factorisations and unknowns are added to.
 
     Returns:
         whether a stable state was found within both.
     """
-    n = gap.size
+    n, law = gap.size, interface.law
     residual, correction, move = np.empty(n), np.empty(n), np.empty(n)
     last_residual, last_correction = np.empty(n), np.empty(n)
     wanted, pressed = np.empty(n), np.empty(n)
@@ -239,7 +207,20 @@ def solve_adhesive(
             move[i] = correction[i] - share * change
             last_residual[i], last_correction[i] = residual[i], correction[i]
         can_extrapolate = True
-        _update(interface, gap, tractions, move, factor.by_traction, wanted, pressed)
+        # Each unknown is kept on the branch of the law on which it was linearised.
+        inside = 0
+        for j in range(n):
+            if factor.by_traction[j]:
+                inside = j + 1
+        for j in range(inside):
+            # Where the traction is no unknown, what is found is not used.
+            wanted[j] = (tractions[j] - move[j]) / interface.tabor if factor.by_traction[j] else -1.0
+        pressed_gaps(wanted, inside, gap, law, pressed)
+        for j in range(n):
+            if factor.by_traction[j]:
+                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
+            else:
+                gap[j] += min(max(-move[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
         count_iteration(work, n, order)
     return False
 

@@ -32,7 +32,7 @@ from bem.discretisation.mesh import Mesh
 from bem.discretisation.regrid import Remembered
 from bem.discretisation.state import State, state_of
 from bem.solver.problem import LoadingDevice, Problem
-from bem.tractions import Interface, reshape, slope_at, tail_force_at, tail_share, traction_at
+from bem.tractions import Interface, deviation, slope_at, tail_force_at, tail_share, traction_at
 
 _FAR = 1.5  # gap from which the force beyond a node follows the traction at the node
 
@@ -44,8 +44,7 @@ def rigid_side(interface: Interface, mesh: Mesh, depth: float, remembered: Remem
     if remembered.traction.size > 0:
         add_rows(mesh.master_rows, remembered.traction, known)
     for i in range(known.size):
-        known[i] = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 - known[i]
-    reshape(interface, 1.0, mesh.radii, known)
+        known[i] = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 - known[i] + deviation(interface, mesh.radii[i])
     return known
 
 

@@ -23,14 +23,19 @@ from bem.solver.records import (
     DETACHED,
     INTERRUPTED,
     JUMP,
+    MULTIPLY_ADDS,
+    NODES,
     OUT_OF_WORK,
     PROFILE,
     RECORD,
+    REJECTIONS,
+    STEPS,
     Marched,
+    is_spent,
     new_records,
+    new_work,
     with_record,
 )
-from bem.solver.work import MULTIPLY_ADDS, NODES, REJECTIONS, STEPS, is_spent, new_work
 
 _RECORDS = 4.0  # along the largest contact radius, at a target of 1
 _ELEMENTS = 4.0  # along it, at a target of 1
@@ -93,20 +98,30 @@ def follow_hard_contact(
         end = times[first - 1] + part * (times[first] - times[first - 1]) if first else times[0]
         more = int(first > 0 and end > times[first - 1])
         times, controls = np.append(times[:first], [end] * more), np.append(controls[:first], [0.0] * more)
+    rung = "Hertz"
     if times.size < 2:
         touch = np.zeros(times.size, RECORD)
         touch["time"] = times
-        found, rung = (
-            Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED),
-            "Hertz",
-        )
+        found = Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED)
     elif scene.material.strengths.size == 0:
-        density = _RECORDS / accuracy.target**0.33
-        found, rung = follow_hertz(_shape_of(scene), device, times, controls, density), "Hertz"
+        found = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
     else:
-        start = (deepest_indentation(scene, path), times, controls)
-        found = _elements(scene, device, *start, accuracy.target, glassy, most_work, stop)
-        rung = "elements"
+        rung, solid, deepest, n = "elements", solid_of(scene.material), deepest_indentation(scene, path), scene.exponent
+        shape = _shape_of(scene, solid.glassy if glassy else 1.0)
+        radius = in_python(_radius_under)(shape, device, float(controls[0]))
+        depth = shape.depth * radius**n if radius > 0.0 or not device.inward else float(controls[0])
+        # Forces are exact where the indentation is known, and only the curve between them must be resolved.
+        allowed = 0.5 * accuracy.target**0.9 if device.inward else 0.6 * accuracy.target**1.08
+        count, followed = math.ceil(_ELEMENTS / math.sqrt(accuracy.target)), False
+        while not followed:  # by a row that reaches as far as the contact does
+            reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
+            rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
+            places = places_of(scene.tabor, reach, count, n)
+            found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work, stop)
+            reached = float(found.records["contact_radius"].max())
+            followed = device.compliance == 0.0 or reached > _FIRST_REACH * reach or reached == 0.0
+            followed = followed or found.outcome != COMPLETED
+            deepest *= (1.2 * reached / reach) ** n
     if parted and found.outcome == COMPLETED:
         found = found._replace(outcome=DETACHED)
     steps = np.zeros(path.times.size - 1, dtype=np.int64)
@@ -190,37 +205,6 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
     work = new_work()
     work[STEPS], work[MULTIPLY_ADDS] = filled - 1, 30 * filled
     return Marched(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
-
-
-def _elements(
-    scene: Scene,
-    device: Device,
-    deepest: float,
-    times: np.ndarray,
-    controls: np.ndarray,
-    target: float,
-    glassy: bool,
-    most_work: float,
-    stop: np.ndarray,
-) -> Marched:
-    """The row of elements, which reaches as far as the contact does."""
-    solid = solid_of(scene.material)
-    stiffness = solid.glassy if glassy else 1.0
-    n, shape = scene.exponent, _shape_of(scene, stiffness)
-    first = in_python(_radius_under)(shape, device, float(controls[0]))
-    depth = shape.depth * first**n if first > 0.0 or not device.inward else float(controls[0])
-    # Forces are exact where the indentation is known, and only the curve between them must be resolved.
-    allowed = 0.5 * target**0.9 if device.inward else 0.6 * target**1.08
-    count = math.ceil(_ELEMENTS / math.sqrt(target))
-    while True:
-        reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
-        rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
-        places = places_of(scene.tabor, reach, count, n)
-        found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work, stop)
-        reached = float(found.records["contact_radius"].max())
-        if device.compliance == 0.0 or reached > _FIRST_REACH * reach or found.outcome != COMPLETED or reached == 0.0:
-            return found
-        deepest *= (1.2 * reached / reach) ** n
 
 
 @kernel_part

@@ -17,17 +17,9 @@ from bem.discretisation.following import select_mesh
 from bem.discretisation.regrid import Remembered, carried
 from bem.discretisation.state import State, edge_left_window, energy_of, transfer
 from bem.solver.equilibrium import residual_of, solve_nonadhesive
-from bem.solver.gap_equation import (
-    has_flown_off,
-    influence_of,
-    is_balanced,
-    right_side,
-    rigid_side,
-    state_under,
-)
+from bem.solver.gap_equation import has_flown_off, influence_of, is_balanced, right_side, rigid_side, state_under
 from bem.solver.problem import Problem
-from bem.solver.records import Records, with_jump, with_record
-from bem.solver.work import ITERATIONS, REMESHINGS, count_factorisation, is_spent
+from bem.solver.records import ITERATIONS, Records, count_factorisation, is_spent, with_jump, with_record
 from bem.tractions import Interface, slope_at, tractions_of
 
 _MOST_STEPS = 800
@@ -62,7 +54,7 @@ def settle(
 ) -> bool:
     """Follow the pseudo-transient from `gap` (n,) to a stable equilibrium; overwrites `gap` and `tractions`.
 
-    Iterations and factorisations are added to `work` (`bem.solver.work`); returns whether an equilibrium was reached
+    Iterations and factorisations are added to `work` (`bem.solver.records`); returns whether an equilibrium was reached
     before its budget was used up.
     """
     n, floor = gap.size, interface.law.floor
@@ -132,7 +124,6 @@ def equilibrate(
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)
         transfer(interface, mesh, gap, traction, new, moved_gap, moved_traction)
         mesh, gap, traction = new, moved_gap, moved_traction
-        work[REMESHINGS] += 1
     return state_under(problem, mesh, control, known, gap, traction), False
 
 

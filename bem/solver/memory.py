@@ -207,5 +207,4 @@ def advance(memory: Memory, factors: StepFactors, step: float, new_traction: np.
 @kernel
 def forget_rate(memory: Memory) -> None:
     """Exclude earlier steps from the next one, because the rate changes suddenly at a corner or a jump."""
-    for k in range(memory.steps.size):
-        memory.steps[k] = 0.0
+    memory.steps[:] = 0.0

@@ -32,17 +32,20 @@ from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, his
 from bem.scene import Scene
 from bem.solver.equilibrium import residual_of
 from bem.solver.jumps import jacobian, settle, smallest_eigenvalue
-from bem.solver.records import Records, columns_of, new_records, with_jump, with_record
-from bem.solver.work import (
-    FOLD_SOLVES,
+from bem.solver.records import (
     MOST_WORK,
     MULTIPLY_ADDS,
     REJECTIONS,
     STEPS,
+    Records,
+    columns_of,
     count_factorisation,
     count_iteration,
     is_spent,
+    new_records,
     new_work,
+    with_jump,
+    with_record,
     work_by_name,
 )
 from bem.tractions import Interface, LennardJones, force_of, interface_of, tractions_of
@@ -53,7 +56,7 @@ MOST_HALVINGS = 14
 MOST_ITERATIONS = 25
 RESIDUAL = 1e-5
 RESOLVED = 20.0
-_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "multiply_adds")
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "multiply_adds")
 _LEAST_JUMP = 0.02  # of the force (at least 1), by which a step over a fold counts as a jump
 
 
@@ -162,20 +165,6 @@ def _newton(
 
 
 @kernel
-def _history_sum(
-    now: float, instants: np.ndarray, increments: np.ndarray, count: int, strengths: np.ndarray, times: np.ndarray
-) -> np.ndarray:
-    """sum_m C(now - t_m) (sigma_m - sigma_(m-1)) over the first `count` steps; (n,)."""
-    total = np.zeros(increments.shape[1])
-    for m in range(count):
-        compliance = 1.0
-        for i in range(strengths.size):
-            compliance -= strengths[i] * np.exp(-(now - instants[m]) / times[i])
-        total += compliance * increments[m]
-    return total
-
-
-@kernel
 def _recorded(
     records: Records, interface: Interface, mesh: Mesh, time: float, depth: float, force: float, gap: np.ndarray
 ) -> Records:
@@ -226,9 +215,13 @@ def _march(
             instant = corners[segment] + after
             part = after / duration
             depth = depths[segment] * (1.0 - part) + depths[segment + 1] * part
-            known = settled + _history_sum(instant, instants, increments, past, strengths, times) - glassy * tractions
-            displaced = np.zeros(n)
-            add_rows(mesh.influence, known, displaced)
+            total, displaced = np.zeros(n), np.zeros(n)
+            for m in range(past):  # sum_m C(now - t_m) (sigma_m - sigma_(m-1))
+                compliance = 1.0
+                for i in range(strengths.size):
+                    compliance -= strengths[i] * np.exp(-(instant - instants[m]) / times[i])
+                total += compliance * increments[m]
+            add_rows(mesh.influence, settled + total - glassy * tractions, displaced)
             rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
             converged = _newton(interface, mesh, rhs, glassy, new_gap, new_traction, work, stop)
@@ -238,7 +231,6 @@ def _march(
                 continue
             old_force, eigenvalue = force, 0.0
             if not converged:
-                work[FOLD_SOLVES] += 1
                 eigenvalue = smallest_eigenvalue(interface, mesh.influence, gap, glassy)
                 new_gap = gap.copy()
                 of_settling[MULTIPLY_ADDS] = work[MULTIPLY_ADDS]

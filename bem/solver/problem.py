@@ -15,7 +15,7 @@ from bem.discretisation.cohesive_zone import edge_resistance, largest_contact_ra
 from bem.discretisation.following import Discretisation
 from bem.discretisation.hat_influence import kernel_series
 from bem.discretisation.influence import require_mesh
-from bem.discretisation.master_grid import master_grid, moves, needs_to_move, widened
+from bem.discretisation.master_grid import master_grid, moves, widened
 from bem.discretisation.mesh import fixed_mesh
 from bem.indenter import PARABOLOID, depth_factor, tension_without_deformation
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol, default_start_indentation
@@ -102,9 +102,10 @@ def problem_of(
     own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
     grid = own_mesh.grid
     if mesh is None:
-        if needs_to_move(tabor, deepest, controls, strengths.size > 0, shape):  # it interpolates by lines
-            controls = _for_scene(accuracy.line_controls(), scene)
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
+        if in_python(moves)(grid):  # it interpolates by lines
+            controls = _for_scene(accuracy.line_controls(), scene)
+            grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
     wide, wide_segments = grid, 0
     if grid.smooth and resistances[0] > resistances.min():
         finest = accuracy.controls(float(resistances.min())).edge_spacing
@@ -188,11 +189,6 @@ def device_of(scene: Scene, by_force: bool, force_scale: float) -> LoadingDevice
         travel = depth_scale / force_scale
         return LoadingDevice(_NUMERICAL * travel, True, travel, depth_scale)
     return LoadingDevice(0.0 if scene.spring is None else 1.0 / scene.spring, False, 1.0, depth_scale)
-
-
-def with_force(problem: Problem, scene: Scene) -> Problem:
-    """The same problem under a prescribed force."""
-    return problem._replace(device=device_of(scene, True, problem.scales.force))
 
 
 def _for_scene(controls: Controls, scene: Scene) -> Controls:

@@ -1,4 +1,8 @@
-"""What is recorded along a protocol: states, jumps and profiles, in tables that grow, and the top of each force peak.
+"""What is recorded along a protocol: states, jumps and profiles in tables that grow, work, and the top of each peak.
+
+Work is counted by every kernel in one integer array. Multiply-adds measure the whole: they are estimated from the sizes
+of the systems, as processor time is, but do not depend on the processor. Loops without another bound look at `is_spent`
+and end where the budget does.
 
 Steps follow the curvature of the history, so a polynomial through the highest step and its neighbours gives a peak
 where the highest step alone is too low. It is the cubic through two steps before, because a contact detaches faster
@@ -21,6 +25,21 @@ RECORD = np.dtype([(name, np.float64) for name in ("time", "indentation", "force
 JUMP = np.dtype([(field.name, np.float64) for field in dataclasses.fields(Jump)])
 PROFILE = np.dtype([(name, np.float64) for name in ("number", "indentation", "force", "radius", "gap", "traction")])
 """One node of one profile; traction in mu dgamma / h0."""
+COUNTS = (
+    "iterations",
+    "factorisations",
+    "unknowns",
+    "steps",
+    "rejections",
+    "nodes",
+    "unstable",
+    "multiply_adds",
+    "most_work",
+)
+"""What is counted, in the order of the array. Unknowns are summed over iterations, nodes over steps."""
+ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, NODES, UNSTABLE, MULTIPLY_ADDS, MOST = range(len(COUNTS))
+MOST_WORK, MOST_OF_A_DRAFT = 3e11, 3e10
+"""Budgets of one simulation, in multiply-adds: about a minute, and a few seconds, of one core."""
 COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED, INTERRUPTED = 0, 1, 2, 3, 4, 5
 _UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
 
@@ -39,7 +58,7 @@ class Marched(NamedTuple):
 
     records: np.ndarray  # (n,) of `RECORD`
     jumps: np.ndarray  # (j,) of `JUMP`; the energy lost is NaN where there is memory
-    work: np.ndarray  # as named in `bem.solver.work`
+    work: np.ndarray  # one of each of `COUNTS`
     segment_steps: np.ndarray  # (s - 1,) int64: steps of each segment
     energies: np.ndarray  # (2,): stored at the beginning and at the end, of an elastic contact
     outcome: int  # COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED or INTERRUPTED
@@ -108,6 +127,40 @@ def with_jump(
     row["eigenvalue_before"], row["eigenvalue_after"] = eigenvalues
     filled[1] += 1
     return Records(records.states, jumps, records.profiles, filled)
+
+
+@kernel
+def new_work(most: float = np.inf) -> np.ndarray:
+    """No work yet, and a budget in multiply-adds; int64, one entry for each of `COUNTS`."""
+    work = np.zeros(len(COUNTS), dtype=np.int64)
+    work[MOST] = np.int64(min(most, 9e18))
+    return work
+
+
+@kernel
+def count_factorisation(work: np.ndarray, order: int) -> None:
+    """Count a factorisation of that many unknowns, and what else an iteration with it costs."""
+    work[FACTORISATIONS] += 1
+    work[MULTIPLY_ADDS] += order * order * (order // 3 + 4)
+
+
+@kernel
+def count_iteration(work: np.ndarray, nodes: int, order: int) -> None:
+    """Count an iteration over that many nodes, in a linear system of `order` unknowns."""
+    work[ITERATIONS] += 1
+    work[UNKNOWNS] += order
+    work[MULTIPLY_ADDS] += nodes * (nodes + 500) + order * order
+
+
+@kernel
+def is_spent(work: np.ndarray) -> bool:
+    """Whether the budget is used up."""
+    return work[MULTIPLY_ADDS] >= work[MOST]
+
+
+def work_by_name(work: np.ndarray) -> dict[str, int]:
+    """The counts as a dictionary with the names of `COUNTS`."""
+    return {name: int(count) for name, count in zip(COUNTS, work, strict=True)}
 
 
 def columns_of(records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

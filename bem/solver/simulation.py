@@ -38,6 +38,8 @@ from bem.solver.records import (
     COMPLETED,
     DETACHED,
     INTERRUPTED,
+    MOST_OF_A_DRAFT,
+    MOST_WORK,
     NO_EQUILIBRIUM,
     OUT_OF_WORK,
     UNPHYSICAL,
@@ -45,16 +47,16 @@ from bem.solver.records import (
     columns_of,
     profiles_of,
     with_peaks,
+    work_by_name,
 )
 from bem.solver.time_stepping import march
-from bem.solver.work import MOST_OF_A_DRAFT, MOST_WORK, work_by_name
 from bem.tractions import HardContact, TractionLaw
 from bem.trajectory import Jump, Statistics, Trajectory
 
 _SHORT = 300  # instants of a protocol
 _MOST_REFINEMENTS = 3  # each halves the target error
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
-_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "remeshings")
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations")
 REASONS = {
     COMPLETED: "completed",
     NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
@@ -155,7 +157,10 @@ def _as_asked(found: Trajectory, scene: Scene, lighter: Lighter) -> Trajectory:
 
 def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
     """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
-    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact) or _ends_at_a_rim(scene):
+    # The rim at which attraction ends far outside the contact may be too narrow for the meshes of the branch.
+    steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
+    narrow = steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
+    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact) or narrow:
         return None
     started = time.perf_counter()
     try:
@@ -165,12 +170,6 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     if result.outcome == NO_EQUILIBRIUM:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
-
-
-def _ends_at_a_rim(scene: Scene) -> bool:
-    """Whether attraction ends at a narrow rim far outside the contact, too narrow for the meshes of the branch."""
-    steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
-    return steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
 
 
 def _followed(
@@ -187,7 +186,7 @@ def _followed(
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
         try:
-            problem = problem_of(scene, path, Accuracy(target.name, wanted), mesh)
+            problem = problem_of(scene, path, Accuracy(wanted), mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _not_started(str(error), wanted, len(scene.material.strengths))
@@ -204,13 +203,8 @@ def _followed(
     found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
         found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
-    stats = replace(
-        found.stats,
-        grid_nodes=problem.scheme.grid.size,
-        attempts=attempts,
-        failed_attempts=failed,
-        multiply_adds=spent,
-    )
+    stats = replace(found.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent)
+    stats = replace(stats, grid_nodes=problem.scheme.grid.size)
     status = found.status
     if attempts > 1:
         tried = f"{failed} failed attempt{'s' * (failed > 1)}"
@@ -304,18 +298,8 @@ def _trajectory(
 
 def _not_started(reason: str, target: float, terms: int) -> Trajectory:
     """An empty trajectory: the scene is known to be out of reach before the first step."""
-    empty = np.zeros(0)
-    return Trajectory(
-        empty,
-        empty,
-        empty,
-        empty,
-        status=f"not started: {reason}",
-        jumps=(),
-        stats=Statistics(memory_vectors=terms),
-        accuracy=target,
-        unloading=np.zeros(0, bool),
-    )
+    empty, stats, unloading = np.zeros(0), Statistics(memory_vectors=terms), np.zeros(0, bool)
+    return Trajectory(empty, empty, empty, empty, f"not started: {reason}", (), stats, target, unloading)
 
 
 def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump, ...], target: float) -> float:

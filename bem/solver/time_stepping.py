@@ -38,16 +38,21 @@ from bem.solver.records import (
     DETACHED,
     INTERRUPTED,
     NO_EQUILIBRIUM,
+    NODES,
     OUT_OF_WORK,
+    REJECTIONS,
+    STEPS,
     UNPHYSICAL,
+    UNSTABLE,
     Marched,
     Records,
+    is_spent,
     new_records,
+    new_work,
     with_profile,
     with_record,
 )
 from bem.solver.trial_step import try_step
-from bem.solver.work import FOLD_SOLVES, NODES, REJECTIONS, REMESHINGS, STEPS, UNSTABLE, is_spent, new_work
 from bem.tractions import deviation
 
 _CHECK_MESH_EVERY = 40  # steps
@@ -138,13 +143,6 @@ def _on_finer_grid(problem: Problem, progress: Progress) -> Progress:
 
 
 @kernel_part
-def _next_instant(instants: np.ndarray, records: Records, segment: Segment) -> float:
-    """Time in a segment of the next profile that is wanted, or the segment's end if that is earlier."""
-    number = records.filled[3]
-    return min(instants[number] - segment.begin, segment.duration) if number < instants.size else segment.duration
-
-
-@kernel_part
 def follow(
     problem: Problem,
     segment: Segment,
@@ -165,7 +163,10 @@ def follow(
         if is_spent(work) or stop[0] != 0:
             outcome = OUT_OF_WORK if is_spent(work) else INTERRUPTED
             break
-        step, after = _within(step, now, _next_instant(instants, records, segment))
+        until, number = segment.duration, records.filled[3]
+        if number < instants.size:  # of the next profile
+            until = min(instants[number] - segment.begin, until)
+        step, after = _within(step, now, until)
         at_end = after == segment.duration
         control = segment.last_control if at_end else segment.first_control + segment.rate * after
         instant = segment.end if at_end else segment.begin + after
@@ -191,7 +192,6 @@ def follow(
         if accepted:
             state = state_under(problem, before.mesh, control, remembered, gap, traction)
         else:
-            work[FOLD_SOLVES] += 1
             forget_rate(memory)
             factors = step_factors(memory, step, recent.count[0] >= 2)
             remembered = remembered_in(memory, factors)
@@ -250,7 +250,6 @@ def follow(
                     new, state.depth, recent.gap[0].copy(), recent.traction[0].copy(), state.force, state.edge
                 )
                 factor = new_factor(state.gap.size)
-                work[REMESHINGS] += 1
                 other_nodes = stiff
     return Progress(state, memory, factor, records, mesh_chosen, outcome)
 
@@ -298,7 +297,7 @@ def march(
         times, controls: (s,) the protocol: indentations (of the stage, where there is a spring), or forces.
         instants: (p,) of the profiles, increasing; steps end there.
         glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
-        most_work: budget in multiply-adds, see `bem.solver.work`.
+        most_work: budget in multiply-adds, see `bem.solver.records`.
         stop: (1,) uint8, set by `bem._support.interruption.interruptible`; each step looks at it.
     """
     work, energies = new_work(most_work), np.zeros(2)

@@ -19,7 +19,7 @@ from bem.solver.extrapolation import (
 from bem.solver.gap_equation import depth_error, expected_depth, influence_of, right_side, rigid_side
 from bem.solver.jumps import is_unstable
 from bem.solver.problem import Problem
-from bem.solver.work import ITERATIONS, MULTIPLY_ADDS, count_factorisation
+from bem.solver.records import ITERATIONS, MULTIPLY_ADDS, count_factorisation
 from bem.tractions import force_of
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
@@ -53,13 +53,13 @@ def try_step(
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
         shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
             then. Behind a spring it always is.
-        work: counts as in `bem.solver.work`, added to.
+        work: counts as in `bem.solver.records`, added to.
 
     Returns:
         gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
     """
     interface, device, controls = problem.interface, problem.device, problem.controls
-    mesh, response = state.mesh, remembered.response
+    mesh, response, weights = state.mesh, remembered.response, state.mesh.force_weights
     work[MULTIPLY_ADDS] += 20_000 + (mesh.radii.size + 200) * remembered.traction.size
     rigid = rigid_side(interface, mesh, control, remembered)
     guess_gap, guess_traction = np.empty(rigid.size), np.empty(rigid.size)
@@ -73,19 +73,11 @@ def try_step(
         solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
     else:
         before = work[ITERATIONS]
+        # a stiff response turns a small residual into a large traction
+        residual = controls.residual * min(1.0, 10.0 * response)
+        force_error = problem.force_error * max(abs(state.force), problem.scales.force)
         solved = solve_adhesive(
-            interface,
-            influence,
-            mesh.force_weights,
-            rhs,
-            response,
-            # a stiff response turns a small residual into a large traction
-            controls.residual * min(1.0, 10.0 * response),
-            problem.force_error * max(abs(state.force), problem.scales.force),
-            factor,
-            gap,
-            traction,
-            work,
+            interface, influence, weights, rhs, response, residual, force_error, factor, gap, traction, work
         )
         if not solved and device.by_force:
             predict(interface, recent, time, gap, traction, DEPTH, False)
@@ -93,7 +85,7 @@ def try_step(
             solved = _solve_by_depth(problem, state, control, rigid + control, depth, response, gap, traction, work)
             factor.order[0] = 0
         if solved and shortened:
-            factorise(interface, influence, mesh.force_weights, gap, response, factor, work)
+            factorise(interface, influence, weights, gap, response, factor, work)
             solved = not factor.unstable[0]
         if solved and device.compliance > 0.0:  # it is linearised anew in each step
             count_factorisation(work, rhs.size)
@@ -102,7 +94,15 @@ def try_step(
             factor.order[0] = 0
     if not solved:
         return gap, traction, False, 0.25
-    accepted, shrink = _judge(problem, state, recent, guess_gap, guess_traction, time, gap, traction, can_shrink)
+    order, scales = min(recent.count[0], CONTROL), problem.scales
+    wanted = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
+    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, scales, wanted)
+    accepted, shrink = _verdict(error, controls.prediction, order, can_shrink)
+    if accepted and can_shrink and order >= 2 and not interface.nonadhesive:
+        force = force_of(interface, weights, gap, traction)
+        bends = bend_of_force(recent, time, force) > _BEND * max(abs(force), scales.force)
+        if bends and history_error(interface, recent, weights, time, force, scales) > 0.5 * controls.prediction:
+            accepted, shrink = False, 0.5
     if device.compliance > 0.0 and accepted:
         free = rigid + control
         predicted = expected_depth(mesh, free, response, guess_gap, guess_traction)
@@ -110,8 +110,8 @@ def try_step(
         if not device.by_force:  # the stage is known, so that only the force need be predicted
             found = control + device.compliance * state_of(interface, mesh, control, gap, traction).force
             predicted = control + device.compliance * expected_force(recent, time)
-        error = problem.scales.force_weight * depth_error(device, predicted, found)
-        accepted, by_depth = _verdict(error, controls.prediction, min(recent.count[0], CONTROL), can_shrink)
+        error = scales.force_weight * depth_error(device, predicted, found)
+        accepted, by_depth = _verdict(error, controls.prediction, order, can_shrink)
         shrink = min(shrink, by_depth) if accepted else by_depth
     return gap, traction, accepted, shrink
 
@@ -137,27 +137,17 @@ def _solve_by_depth(
     Returns:
         whether a solution was found.
     """
-    interface, mesh = problem.interface, state.mesh
+    interface, mesh, weights = problem.interface, state.mesh, state.mesh.force_weights
     residual, factor = problem.controls.residual * min(1.0, 10.0 * response), new_factor(gap.size)
     force_error = problem.force_error * max(abs(state.force), problem.scales.force)
     last_depth, last_miss = np.nan, np.nan
     for _ in range(_MOST_DEPTHS):
         rhs = free - depth
         if not solve_adhesive(
-            interface,
-            mesh.influence,
-            mesh.force_weights,
-            rhs,
-            response,
-            residual,
-            force_error,
-            factor,
-            gap,
-            traction,
-            work,
+            interface, mesh.influence, weights, rhs, response, residual, force_error, factor, gap, traction, work
         ):
             return False
-        miss = force_of(interface, mesh.force_weights, gap, traction) - prescribed
+        miss = force_of(interface, weights, gap, traction) - prescribed
         if abs(miss) <= 0.1 * force_error:
             return True
         slope = (miss - last_miss) / (depth - last_depth)
@@ -174,33 +164,4 @@ def _verdict(error: float, allowed: float, order: int, can_shrink: bool) -> tupl
     shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
     if can_shrink and error > 2.0 * allowed:
         return False, max(0.2, min(0.8, shrink))
-    return True, shrink
-
-
-@kernel_part
-def _judge(
-    problem: Problem,
-    state: State,
-    recent: Recent,
-    guess_gap: np.ndarray,
-    guess_traction: np.ndarray,
-    time: float,
-    gap: np.ndarray,
-    traction: np.ndarray,
-    can_shrink: bool,
-) -> tuple[bool, float]:
-    """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
-    interface, weights = problem.interface, state.mesh.force_weights
-    allowed, order = problem.controls.prediction, min(recent.count[0], CONTROL)
-    expected = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
-    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, problem.scales, expected)
-    accepted, shrink = _verdict(error, allowed, order, can_shrink)
-    if not accepted:
-        return False, shrink
-    if can_shrink and order >= 2 and not interface.nonadhesive:
-        force = force_of(interface, weights, gap, traction)
-        if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):
-            error = history_error(interface, recent, weights, time, force, problem.scales)
-            if error > 0.5 * allowed:
-                return False, 0.5
     return True, shrink

@@ -13,16 +13,13 @@ from bem.tractions.interface import Interface as Interface
 from bem.tractions.interface import deviation as deviation
 from bem.tractions.interface import force_of as force_of
 from bem.tractions.interface import interface_of as interface_of
-from bem.tractions.interface import reshape as reshape
 from bem.tractions.interface import stored_energy as stored_energy
 from bem.tractions.interface import tail_bend as tail_bend
 from bem.tractions.interface import tail_share as tail_share
 from bem.tractions.interface import tractions_of as tractions_of
 from bem.tractions.law import LENNARD_JONES as LENNARD_JONES
 from bem.tractions.law import Law as Law
-from bem.tractions.law import potential_at as potential_at
 from bem.tractions.law import slope_at as slope_at
-from bem.tractions.law import tail_energy_at as tail_energy_at
 from bem.tractions.law import tail_force_at as tail_force_at
 from bem.tractions.law import traction_at as traction_at
 from bem.tractions.laws import LAWS as LAWS
@@ -34,8 +31,6 @@ from bem.tractions.laws import TractionLaw as TractionLaw
 from bem.tractions.laws import law_of as law_of
 from bem.tractions.lennard_jones import GAP_AT_PEAK as GAP_AT_PEAK
 from bem.tractions.lennard_jones import PEAK_TRACTION as PEAK_TRACTION
-from bem.tractions.lennard_jones import potential as potential
 from bem.tractions.lennard_jones import slope as slope
-from bem.tractions.lennard_jones import tail_energy as tail_energy
 from bem.tractions.lennard_jones import tail_force as tail_force
 from bem.tractions.lennard_jones import traction as traction

@@ -9,12 +9,12 @@ import pytest
 
 import bem
 from bem import HardContact, Scene
-from bem.dataset.designs import Design
 from bem.effects import Effects, choices, difference, operations, recommend, reduced
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR
 from tests.processes import ROOT
+from tests.validation.cases import drawn_from_the_papers_box
 
 SLS = StandardLinearSolid(0.1)
 
@@ -62,11 +62,7 @@ def test_left_out_terms_are_what_the_full_solid_does():
 
 
 def test_promise_holds_on_a_random_sample():
-    drawn = Design("log-uniform").protocols(12, seed=3)
-    for i in range(12):
-        quantities = {name: float(values[i]) for name, values in drawn.items()}
-        scene = Scene(quantities.pop("tabor"), SLS)
-        protocol = LoadingProtocol(**quantities)
+    for scene, protocol in drawn_from_the_papers_box(12):
         found = recommend(scene, protocol, 0.05)
         full = bem.simulate(scene, protocol)
         simple = bem.simulate(found.scene, found.protocol)

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_step, relaxation_spectrum
 
@@ -95,21 +94,3 @@ def test_the_recursion_step_is_accurate_for_any_step(log_dt, log_time):
 def test_no_step_changes_nothing():
     assert recursion_step(0.0, 2.0) == (1.0, 1.0)
     assert recursion_step(np.inf, 2.0) == (0.0, 0.0)
-
-
-@settings(max_examples=20)
-@given(st.lists(st.floats(0.01, 3.0), min_size=1, max_size=4), st.floats(0.05, 20.0))
-def test_recursion_equals_the_hereditary_integral_for_linear_pieces(steps, time):
-    instants = np.concatenate([[0.0], np.cumsum(steps)])
-    traction = np.sin(3.0 * instants)
-    memory = 0.0
-    for i, dt in enumerate(np.diff(instants)):
-        decay, gain = recursion_step(dt, time)
-        memory = decay * memory + gain * (traction[i + 1] - traction[i])
-    rates = np.diff(traction) / np.diff(instants)
-    end = instants[-1]
-    exact = sum(
-        rate * quad(lambda s: np.exp(-(end - s) / time), begin, stop, epsabs=1e-13)[0]
-        for rate, begin, stop in zip(rates, instants[:-1], instants[1:], strict=True)
-    )
-    assert memory == pytest.approx(exact, abs=1e-11)

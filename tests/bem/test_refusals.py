@@ -1,9 +1,21 @@
 """What the words of a user refuse: one sentence with the quantity, what is allowed and what was received."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Contact, HardContact, Scene, TractionLaw, recommend, simulate, simulate_paper_method
+from bem import (
+    ConstantStress,
+    Contact,
+    HardContact,
+    PowerLaw,
+    Scene,
+    TractionLaw,
+    recommend,
+    simulate,
+    simulate_paper_method,
+)
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
@@ -22,76 +34,30 @@ PAIRS = [0.0, 1.0], [0.0, 1.0]
 NUMBER = "must be a finite number"
 RATIO = f"modulus_ratio {NUMBER} greater than 0 and at most 1; received"
 SPEED = rf"{NUMBER} at least 1e-12 and at most 1e\+12; received"
+INSIDE = "mesh must reach beyond the contact, .*; received one that ends at 2"
 DISC = "uniform_mesh needs a radius > 0 and a count of at least 3"
 
-
-def scene(**changes):
-    return Scene(**{"tabor": 1.0} | changes)
-
-
-def cycle(**changes):
-    return LoadingProtocol(**CYCLE | changes)
-
-
-def simulated(**changes):
-    return simulate(**{"scene": SCENE, "protocol": PROTOCOL, "accuracy": "draft"} | changes)
-
-
-def by_the_paper(**changes):
-    return simulate_paper_method(**{"scene": SCENE, "protocol": PROTOCOL} | changes)
-
-
-def uniform_steps(**changes):
-    return measurement_grid(**CYCLE | {"tabor": 1.0} | changes)
-
-
-def physical_steps(**changes):
-    return physical_grid(**CYCLE | {"tabor": 1.0, "modulus_ratio": 0.1} | changes)
-
-
-def drawn(**changes):
-    return Design("paper").protocols(**{"count": 1, "seed": 0} | changes)
-
-
-def meshed(radii):
-    return require_mesh(np.array(radii))
-
-
-def disc(radius=1.0, count=10):
-    return uniform_mesh(radius, count)
-
-
-def fitted(**changes):
-    good = {"frequency": [1.0, 10.0, 100.0], "storage": [1.0, 1.5, 2.0], "loss": [0.1, 0.2, 0.1]}
-    return fit_prony(**good | changes)
-
-
-def recommended(**changes):
-    return recommend(**{"scene": SCENE, "protocol": PROTOCOL, "tolerance": 0.1} | changes)
+scene, cycle = partial(Scene, tabor=1.0), partial(LoadingProtocol, **CYCLE)
+simulated = partial(simulate, scene=SCENE, protocol=PROTOCOL, accuracy="draft")
+by_the_paper = partial(simulate_paper_method, scene=SCENE, protocol=PROTOCOL)
+recommended = partial(recommend, scene=SCENE, protocol=PROTOCOL, tolerance=0.1)
+begun, labelled = partial(Contact, scene=SCENE), partial(PiecewiseLinearProtocol, *PAIRS)
+uniform_steps = partial(measurement_grid, **CYCLE, tabor=1.0)
+physical_steps = partial(physical_grid, **CYCLE, tabor=1.0, modulus_ratio=0.1)
+drawn = partial(Design("paper").protocols, count=1, seed=0)
+disc = partial(uniform_mesh, radius=1.0, count=10)
+fitted = partial(fit_prony, frequency=[1.0, 10.0, 100.0], storage=[1.0, 1.5, 2.0], loss=[0.1, 0.2, 0.1])
+energy = partial(persson_brener.effective_energy, crack_velocity=1.0, modulus_ratio=0.1)
+velocity = partial(persson_brener.crack_velocity, effective_energy=1.0, modulus_ratio=0.1)
+CONE = scene(indenter=PowerLaw(1.0))
 
 
 def advanced(duration=1.0, **step):
     return Contact(SCENE).advance(duration, **step)
 
 
-def begun(contact=SCENE, **changes):
-    return Contact(contact, **changes)
-
-
-def labelled(phases):
-    return PiecewiseLinearProtocol(*PAIRS, phases)
-
-
 def started(**changes):
     return cycle(**changes).history(1.0)
-
-
-def energy(**changes):
-    return persson_brener.effective_energy(**{"crack_velocity": 1.0, "modulus_ratio": 0.1} | changes)
-
-
-def velocity(**changes):
-    return persson_brener.crack_velocity(**{"effective_energy": 1.0, "modulus_ratio": 0.1} | changes)
 
 
 def each(call, name, message, *values):
@@ -116,6 +82,12 @@ REFUSED = [
     *each(simulated, "initial_state", r"^initial_state must be 'relaxed' or 'glassy'; received 'wet'$", "wet"),
     *each(simulated, "mesh", r"^mesh must start at 0 and increase strictly; received", [0.0, 2.0, 1.0]),
     *each(simulated, "mesh", r"^mesh must be a 1D array of at least 3 finite radii", [0.0, 2.0]),
+    *each(simulated, "mesh", INSIDE, uniform_mesh(2.0, 200)),
+    (simulated, {"mesh": uniform_mesh(2.0, 200), "scene": scene(adhesion=HardContact())}, INSIDE),
+    *each(PowerLaw, "exponent", f"exponent of the indenter {NUMBER} at least 1 and", 0.5, 9.0, np.nan, "cone"),
+    *each(scene, "indenter", r"indenter must be one of PowerLaw\(...\)", "cone"),
+    *each(by_the_paper, "scene", "the paper's method knows the paraboloid only", CONE),
+    *each(recommended, "scene", "recommend knows the paraboloid only", CONE),
     *each(by_the_paper, "nodes", "nodes must be a whole number from 10 to 4000", 5),
     *each(by_the_paper, "steps", "steps must be a whole number from 2 to 20000", 1),
     *each(by_the_paper, "scene", "adhesion of the scene must be one of LennardJones", scene(adhesion=HardContact())),
@@ -138,7 +110,7 @@ REFUSED = [
     *each(advanced, "force", "force must be a finite number", 1e12),
     (advanced, {"duration": 0.0, "force": 0.0}, "duration must be a finite number greater than 0; received 0"),
     *each(begun, "initial_state", "initial_state must be 'relaxed' or 'glassy'; received 'soft'", "soft"),
-    *each(begun, "contact", "scene must be", "a scene"),
+    *each(begun, "scene", "scene must be", "a scene"),
     *each(recommended, "tolerance", "tolerance must be a finite number at least 0.001", 0.0),
     *each(
         recommended, "quantity", "quantity must be one of force, pull_off_force, hysteresis; received 'speed'", "speed"
@@ -149,8 +121,8 @@ REFUSED = [
     *each(recommended, "protocol", r"must be one of LoadingProtocol\(\.\.\.\), Piecewise", ForceProtocol(*PAIRS)),
     *each(disc, "radius", f"{DISC}; received", 0.0, -1.0, np.nan, np.inf),
     *each(disc, "count", f"{DISC}; received", 2),
-    *each(meshed, "radii", "^mesh must .*; received", [0.0, 1.0], [0.1, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, np.nan, 2.0]),
-    *each(meshed, "radii", "^mesh must .*; received", [[0.0, 1.0, 2.0]], [0.0, 2.0, 1.0]),
+    *each(require_mesh, "radii", "^mesh must .*; received", [0.0, 1.0], [0.1, 1.0, 2.0], [0.0, 1.0, 1.0]),
+    *each(require_mesh, "radii", "^mesh must .*; received", [0.0, np.nan, 2.0], [[0.0, 1.0, 2.0]], [0.0, 2.0, 1.0]),
     *each(fitted, "frequency", "frequency must be strictly increasing", [1.0, 0.5, 2.0]),
     *each(fitted, "storage", "storage must be greater than 0; received -1.0", [1.0, -1.0, 2.0]),
     *each(fitted, "loss", "loss must have as many values as frequency; received 4 and 3", [1.0] * 4),

@@ -8,12 +8,10 @@ from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.small_effects import Lighter, lighter_scene
 from bem.solver import simulation
-from tests.validation.cases import corners_of_the_papers_box, drawn_from_the_papers_box
+from tests.validation.cases import corners_of_the_papers_box, drawn_from_the_papers_box, ramps
 
 SLS = StandardLinearSolid(0.1)
-PATH = LoadingProtocol(
-    peak_indentation=3.0, loading_rate=2.0, dwell_time=0.2, unloading_rate=2.0, start_indentation=-6.0
-)
+PATH = ramps(3.0, 2.0, 0.2, 2.0, -6.0)
 SMALL, FAST, SLOW = ([0.8, 1e-6], [1.0, 0.05]), ([0.8, 0.1], [1.0, 1e-9]), ([0.8, 0.1], [1.0, 1e7])
 CASES = [
     (Scene(1.0, StandardLinearSolid(1.0 - 1e-6)), "small term of strength 1e-06 and time 1", Elastic()),

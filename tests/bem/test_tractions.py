@@ -15,17 +15,15 @@ from bem.tractions import (
     ConstantStress,
     TractionLaw,
     law_of,
-    potential,
-    potential_at,
     slope,
     slope_at,
-    tail_energy,
-    tail_energy_at,
     tail_force,
     tail_force_at,
     traction,
     traction_at,
 )
+from bem.tractions.law import potential_at, tail_energy_at
+from bem.tractions.lennard_jones import potential, tail_energy
 
 OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), ConstantStress(width=0.05))
 GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
@@ -53,12 +51,6 @@ def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(g
     assert tail_force(gap) == pytest.approx(2.0 * attraction, rel=1e-8, abs=1e-9)
     assert potential(gap) == pytest.approx(-attraction, rel=1e-8, abs=1e-9)
     assert tail_energy(gap) == pytest.approx(2.0 * beyond, rel=1e-8, abs=1e-9)
-
-
-def test_kernels_are_compiled_and_the_laws_are_values():
-    assert all(hasattr(getattr(tractions, name), "py_func") for name in ("traction", "slope", "tail_force"))
-    assert tractions.LennardJones() == tractions.LennardJones()
-    assert tractions.LennardJones() != tractions.HardContact()
 
 
 @pytest.mark.parametrize("gap", GAPS)

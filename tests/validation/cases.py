@@ -27,14 +27,15 @@ DEEPEST_AT = 1.0  # the largest Tabor parameter at which the deepest peak is ask
 Case = tuple[Scene, LoadingProtocol]
 
 
+def ramps(peak: float, loading: float, dwell: float, unloading: float, start: float | None = None) -> LoadingProtocol:
+    """Load, hold and unload."""
+    names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate", "start_indentation")
+    return LoadingProtocol(**dict(zip(names, (peak, loading, dwell, unloading, start), strict=True)))
+
+
 def case(tabor, ratio, peak_indentation, loading_rate, dwell_time, unloading_rate) -> Case:
     """One scene and protocol."""
-    protocol = LoadingProtocol(
-        peak_indentation=peak_indentation,
-        loading_rate=loading_rate,
-        dwell_time=dwell_time,
-        unloading_rate=unloading_rate,
-    )
+    protocol = ramps(peak_indentation, loading_rate, dwell_time, unloading_rate)
     return Scene(tabor=tabor, material=StandardLinearSolid(modulus_ratio=ratio)), protocol
 
 

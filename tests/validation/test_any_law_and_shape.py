@@ -15,15 +15,13 @@ from bem import (
     ConstantStress,
     Exponential,
     LennardJones,
-    LoadingProtocol,
     PowerLaw,
     Scene,
     StandardLinearSolid,
     simulate,
 )
-from bem.tractions import GAP_AT_PEAK, slope_at, traction_at
-from bem.tractions.laws import law_of
-from tests.validation.cases import completed
+from bem.tractions import GAP_AT_PEAK, interface_of, tractions_of
+from tests.validation.cases import completed, ramps
 
 ANNULI, STEPS = 100, 120
 
@@ -50,10 +48,17 @@ def annuli(tabor, exponent, peak):
 
 def second_solver(tabor, ratio, exponent, adhesion, protocol):
     """Times and forces of a contact, by a solver of its own."""
-    work, law = tabor**1.5, law_of(adhesion)
-    traction, slope = (
-        np.vectorize(lambda gap, of=of: work * of(law, gap), otypes=[float]) for of in (traction_at, slope_at)
-    )
+    work = tabor**1.5
+    interface = interface_of(work, adhesion)
+
+    def traction(gap):
+        found = np.empty(gap.size)
+        tractions_of(interface, gap, found)
+        return found
+
+    def slope(gap):
+        return (traction(gap + 1e-6) - traction(gap - 1e-6)) / 2e-6
+
     bounds = annuli(tabor, exponent, protocol.peak_indentation)
     radii, areas = 0.5 * (bounds[1:] + bounds[:-1]), np.pi * np.diff(bounds**2)
     disks = displacement_of_disks(radii, bounds[1:])
@@ -94,7 +99,7 @@ def second_solver(tabor, ratio, exponent, adhesion, protocol):
     ],
 )
 def test_a_second_solver_finds_the_same_forces(tabor, ratio, exponent, adhesion):
-    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=3.0, dwell_time=0.5, unloading_rate=6.0)
+    protocol = ramps(3.0, 3.0, 0.5, 6.0)
     times, force = second_solver(tabor, ratio, exponent, adhesion, protocol)
     found = completed(Scene(tabor, StandardLinearSolid(ratio), adhesion, indenter=PowerLaw(exponent)), protocol, 1e-3)
     assert np.max(np.abs(found.at(times) - force)) < 2e-3 * np.ptp(force)
@@ -104,10 +109,10 @@ def test_a_second_solver_finds_the_same_forces(tabor, ratio, exponent, adhesion)
 @pytest.mark.parametrize(("tabor", "exponent"), [(0.334, 6.0), (0.334, 8.0), (0.13, 8.0)])
 def test_an_elastic_flat_tip_under_a_steep_law_meets_the_target(tabor, exponent):
     """The branch of equilibria missed the rim where attraction ends, and erred by 3.5 to 7 %."""
-    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    protocol = ramps(3.0, 1.0, 0.0, 1.0)
     elastic = simulate(Scene(tabor, adhesion=ConstantStress(), indenter=PowerLaw(exponent)), protocol)
     nearly = Scene(tabor, StandardLinearSolid(0.97), ConstantStress(), indenter=PowerLaw(exponent))
-    slow = LoadingProtocol(peak_indentation=3.0, loading_rate=1e-3, dwell_time=0.0, unloading_rate=1e-3)
+    slow = ramps(3.0, 1e-3, 0.0, 1e-3)
     assert elastic.pull_off_force == pytest.approx(
         simulate(nearly, slow, 1e-3).pull_off_force, rel=2.0 * elastic.accuracy
     )

@@ -1,13 +1,12 @@
 """A contact dissipates energy: no protocol that returns to its start gets more out of it than it put in."""
 
 import numpy as np
-import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from bem import Elastic, HardContact, LennardJones, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
+from bem import Elastic, HardContact, LennardJones, PiecewiseLinearProtocol, Scene, simulate
 from bem.materials import PronySeries, StandardLinearSolid
-from tests.validation.cases import completed, exchanged_energy
+from tests.validation.cases import completed, exchanged_energy, ramps
 
 CREATED = 5e-3  # of the energy exchanged, what discretisation may seem to create at draft accuracy
 
@@ -21,20 +20,33 @@ materials = st.one_of(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=50)
 @given(
     tabor=st.floats(0.02, 3.0),
     material=materials,
     adhesion=st.sampled_from([LennardJones(), HardContact()]),
-    peak=st.floats(0.5, 30.0),
+    peak=st.floats(-1.0, 30.0),
     loading=logs,
     dwell=st.sampled_from([0.0, 0.01, 10.0]),
     unloading=logs,
 )
-def test_every_loop_dissipates(tabor, material, adhesion, peak, loading, dwell, unloading):
-    protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+def test_every_loop_is_a_finite_record_of_its_protocol_and_dissipates(
+    tabor, material, adhesion, peak, loading, dwell, unloading
+):
+    protocol = ramps(peak, loading, dwell, unloading)
+    assume(protocol.start(tabor) < peak)
     trajectory = completed(Scene(tabor=tabor, material=material, adhesion=adhesion), protocol, "draft")
     assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
+    assert all(np.all(np.isfinite(column.values)) for column in trajectory.columns().values())
+    assert np.all(np.diff(trajectory.time) >= 0.0)
+    history = protocol.history(tabor)
+    # an instant is rounded with the whole duration, and the indentation moves on meanwhile
+    moved = 4.0 * np.finfo(float).eps * history.times[-1] * max(loading, unloading)
+    at = history.indentation_at(trajectory.time)
+    np.testing.assert_allclose(trajectory.indentation, at, atol=1e-9 * np.ptp(history.indentations) + moved)
+    assert trajectory.max_compression <= trajectory.end_force <= trajectory.pull_off_force
+    assert trajectory.pull_off_force < 2.2 / material.modulus_ratio
+    assert len(trajectory.time) - len(np.unique(trajectory.time)) == len(trajectory.jumps)
 
 
 @settings(max_examples=15)
@@ -58,15 +70,7 @@ def test_dissipation_is_largest_between_the_limits():
     scene = Scene(tabor=0.2, material=StandardLinearSolid(0.1))
     work = []
     for rate in rates:
-        protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+        protocol = ramps(5.0, rate, 0.0, rate)
         work.append(simulate(scene, protocol, "standard").work())
     assert np.argmax(work) in (2, 3)
     assert max(work[0], work[-1]) < 0.03 * max(work)
-
-
-def test_the_measure_itself_can_fail():
-    """Traversed backwards in time, a dissipating loop would be refused."""
-    protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    trajectory = simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    assert trajectory.work() == pytest.approx(trajectory.hysteresis)
-    assert trajectory.work() > 10.0 * CREATED * exchanged_energy(trajectory)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from bem import Scene, StandardLinearSolid, simulate
-from experiments.robustness.hard_case_map import ramp
-from tests.validation.cases import assert_sound, corners_of_the_papers_box, hard_cases
+from tests.validation.cases import assert_sound, corners_of_the_papers_box, hard_cases, ramps
 
 COSTLY = "4: "  # the one of the first dozen that takes seconds
 CREATED = 2e-3  # of the energy exchanged, what discretisation may seem to create at standard accuracy
@@ -45,9 +44,9 @@ def test_every_corner_of_the_papers_box(case, accuracy):
 @pytest.mark.parametrize(
     ("scene", "protocol"),
     [
-        (Scene(3.007, StandardLinearSolid(0.042)), ramp(6.128, 220.5, 67.4, 219.8)),
-        (Scene(1.953, StandardLinearSolid(0.019)), ramp(2.904, 1134.2, 819.6, 94.89)),
-        (Scene(6.138, StandardLinearSolid(0.0666)), ramp(0.7243, 3085.5, 289.1, 1699.2)),
+        (Scene(3.007, StandardLinearSolid(0.042)), ramps(6.128, 220.5, 67.4, 219.8)),
+        (Scene(1.953, StandardLinearSolid(0.019)), ramps(2.904, 1134.2, 819.6, 94.89)),
+        (Scene(6.138, StandardLinearSolid(0.0666)), ramps(0.7243, 3085.5, 289.1, 1699.2)),
     ],
 )
 def test_an_edge_creeps_through_a_long_dwell_and_does_not_stick_at_a_node(scene, protocol):
@@ -58,7 +57,7 @@ def test_an_edge_creeps_through_a_long_dwell_and_does_not_stick_at_a_node(scene,
 
 def test_other_nodes_in_a_stiff_solid_leave_no_spike():
     """A chain of short steps once resolved how the traction of new nodes fades, a tenth of the force."""
-    protocol = ramp(12.587239686260911, 0.0019876637318741114, 0.0021358472278146944, 1.106925492810286)
+    protocol = ramps(12.587239686260911, 0.0019876637318741114, 0.0021358472278146944, 1.106925492810286)
     trajectory = simulate(Scene(6.32023163989556, StandardLinearSolid(0.0010097853276510478)), protocol, 1e-3)
     pulled = trajectory.force[trajectory.time > 13_165.0]
     assert np.diff(pulled).min() > -1e-3 * pulled[-1]

@@ -10,15 +10,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from bem import ForceProtocol, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene
+from bem import ForceProtocol, HardContact, PiecewiseLinearProtocol, PronySeries, Scene
 from bem.discretisation.mesh import uniform_mesh
 from bem.materials import Elastic, StandardLinearSolid, relaxation_spectrum
-from tests.validation.cases import completed
+from tests.validation.cases import completed, ramps
 
 SLS, SERIES = StandardLinearSolid(0.1), PronySeries([0.4, 0.4], [0.1, 10.0])
-CYCLE = LoadingProtocol(
-    peak_indentation=4.0, loading_rate=4.0, dwell_time=0.3, unloading_rate=5.0, start_indentation=0.0
-)
+CYCLE = ramps(4.0, 4.0, 0.3, 5.0, 0.0)
 TWICE = PiecewiseLinearProtocol([0.0, 0.5, 1.0, 1.2, 2.0, 2.5, 3.5], [-1.0, 4.0, 4.0, 1.0, 5.0, 5.0, -1.0])
 APART = PiecewiseLinearProtocol([0.0, 0.5, 0.7, 0.8, 1.5, 2.5], [-1.0, 4.0, -1.0, 2.0, 4.0, 0.0])
 LOADS = ForceProtocol([0.0, 0.1, 2.0, 2.5, 3.0], [0.0, -5.0, -5.0, -1.0, -4.0])

@@ -3,56 +3,19 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.discretisation import master_grid
 from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
-from tests.validation.cases import completed
+from tests.validation.cases import completed, ramps
 
 MOVING = 20  # nodes; so that every contact has a grid that moves
 
 
-def cycle(tabor, **changes):
-    quantities = {"loading_rate": tabor, "dwell_time": 0.2, "unloading_rate": tabor} | changes
-    return LoadingProtocol(peak_indentation=tabor, **quantities)
-
-
-def test_the_elastic_pull_off_is_that_of_jkr_at_thirty():
-    trajectory = completed(Scene(30.0), cycle(30.0))
-    assert trajectory.pull_off_force == pytest.approx(jkr.PULL_OFF_FORCE, rel=5e-3)
-    snap_in, snap_off = trajectory.jumps
-    assert snap_off.indentation == pytest.approx(jkr.fold_indentation(30.0), rel=0.02)
-    assert snap_off.force_before == pytest.approx(jkr.FOLD_FORCE, rel=0.03)
-    assert snap_in.force_after == pytest.approx(jkr.force_from_indentation(snap_in.indentation, 30.0), rel=0.01)
-    assert trajectory.detached
-    for jump in trajectory.jumps:
-        assert abs(jump.eigenvalue_before) < 0.02
-        assert jump.eigenvalue_after > 0.0
-        assert jump.energy_lost > 0.0
-    lost = sum(jump.energy_lost for jump in trajectory.jumps)
-    assert trajectory.hysteresis == pytest.approx(lost, rel=0.02)
-    closed = np.trapezoid(trajectory.force, trajectory.indentation)
-    assert abs(closed) == pytest.approx(lost, rel=0.02)
-
-
 @pytest.mark.parametrize("tabor", [100.0, 300.0])
 def test_the_limit_is_approached(tabor):
-    trajectory = simulate(Scene(tabor), cycle(tabor))
+    trajectory = simulate(Scene(tabor), ramps(tabor, tabor, 0.2, tabor))
     assert trajectory.pull_off_force == pytest.approx(jkr.PULL_OFF_FORCE, rel=1e-3)
-
-
-def test_following_the_edge_and_the_indentation_agree(monkeypatch):
-    path = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-8.0, 3.0, -2.0, 3.0, -8.0])
-    one = simulate(Scene(3.0), path)
-    monkeypatch.setattr(master_grid, "LARGEST_GRID", MOVING)
-    other = simulate(Scene(3.0), path)
-    assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=1e-3)
-    assert other.hysteresis == pytest.approx(one.hysteresis, rel=4e-3)
-    assert [jump.indentation for jump in other.jumps] == pytest.approx(
-        [jump.indentation for jump in one.jumps], abs=0.01
-    )
-    instants = np.linspace(0.05, 2.6, 40)
-    assert np.abs(other.at(instants) - one.at(instants)).max() < 0.01
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(0.1), PronySeries([0.5, 0.3], [0.1, 1.0])])
@@ -62,17 +25,11 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     monkeypatch.setattr(master_grid, "LARGEST_GRID", MOVING)
     other = simulate(Scene(4.0, material), path, 1e-3)
     assert other.completed, other.status
-    assert other.stats.remeshings > 20
+    assert other.stats.grid_nodes != one.stats.grid_nodes
     assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=5e-4)
     # the fixed grid interpolates by cubics, the moving one by lines
     assert other.hysteresis == pytest.approx(one.hysteresis, rel=5e-4)
     assert other.max_compression == pytest.approx(one.max_compression, abs=5e-4)
-
-
-def test_a_viscoelastic_contact_at_thirty_runs_through():
-    trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), cycle(30.0, dwell_time=1.0))
-    assert trajectory.stats.steps < 3000
-    assert 1.5 < trajectory.pull_off_force < 15.0
 
 
 def test_a_slow_crack_follows_persson_and_brener_at_thirty():
@@ -92,10 +49,3 @@ def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     work = np.pi * (force + 4.0 * chosen**3 / (3.0 * np.pi)) ** 2 / (8.0 * chosen**3)
     assert np.abs(work / persson_brener.effective_energy(velocity, ratio) - 1.0).max() < 0.03
     assert np.ptp(np.log(velocity)) > 0.3
-
-
-def test_a_tabor_parameter_beyond_the_lattice_is_not_started():
-    for scene in (Scene(5e3, Elastic()), Scene(200.0, StandardLinearSolid(0.1))):
-        trajectory = simulate(scene, cycle(10.0))
-        assert trajectory.status.startswith("not started: the contact edge needs ")
-        assert np.isnan(trajectory.pull_off_force)

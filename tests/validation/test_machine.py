@@ -9,15 +9,12 @@ import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
-from bem.reference_solutions import hertz
+from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.solver.simulation import count_unstable
-from tests.validation.cases import completed, stage_area
+from tests.validation.cases import completed, ramps, stage_area
 
 SLS = StandardLinearSolid(0.1)
-CYCLE = LoadingProtocol(
-    peak_indentation=5.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=1.0, start_indentation=-10.0
-)
+CYCLE = ramps(5.0, 1.0, 0.5, 1.0, -10.0)
 DEAD_LOAD = ForceProtocol([0.0, 1.0, 2.0], [0.0, -5.0, 3.0])
 PUSHED = ForceProtocol([0.0, 1.0, 3.0], [0.0, -5.0, -5.0])
 
@@ -49,9 +46,7 @@ def test_a_very_stiff_spring_is_none_without_adhesion():
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 3.0])
 def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
     rigid = completed(Scene(tabor), CYCLE)
-    deep = LoadingProtocol(
-        peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-20.0
-    )
+    deep = ramps(5.0, 1.0, 0.0, 1.0, -20.0)
     for spring in (0.2, 1.0, 30.0):
         found = completed(Scene(tabor, spring=spring), deep)
         assert found.detached
@@ -94,15 +89,6 @@ def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
     assert jump_out.indentation_after < jump_out.indentation - 0.5
 
 
-def test_the_softer_the_spring_the_longer_the_jumps():
-    travelled = [
-        abs(jump.indentation_after - jump.indentation)
-        for spring in (10.0, 1.0, 0.4)
-        for jump in completed(Scene(1.0, spring=spring), CYCLE).jumps[-1:]
-    ]
-    assert np.all(np.diff(travelled) > 0.5)
-
-
 @pytest.mark.parametrize("material", [Elastic(), SLS, PronySeries([0.4, 0.4], [0.1, 10.0])])
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 @pytest.mark.parametrize("spring", [0.3, 20.0])
@@ -122,20 +108,6 @@ def test_the_force_is_what_the_protocol_says(material, adhesion):
     found = completed(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
     np.testing.assert_allclose(found.force, np.interp(found.time, PUSHED.times, PUSHED.forces), atol=2e-4)
     assert found.at(0.5) == pytest.approx(-2.5, abs=2e-4)
-
-
-@pytest.mark.parametrize("tabor", [0.2, 1.0, 5.0])
-def test_hertz_under_a_force_ramp(tabor):
-    scene = Scene(tabor, adhesion=HardContact())
-    found = completed(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -8.0, 0.0]), 1e-3)
-    pressed = found.force < -0.05 * 8.0
-    assert np.count_nonzero(pressed) > 30
-    exact = tabor * (0.75 * np.pi * -found.force[pressed]) ** (2.0 / 3.0)
-    np.testing.assert_allclose(found.indentation[pressed], exact, rtol=1e-3)
-    np.testing.assert_allclose(
-        found.force[pressed], hertz.force_from_indentation(found.indentation[pressed], tabor), rtol=1.5e-3
-    )
-    assert found.hysteresis < 2e-3 * found.turnover()
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.1])
@@ -185,35 +157,11 @@ def test_a_law_with_corners_takes_no_more_steps_under_a_force():
         for law in (ConstantStress(), LennardJones())
     )
     assert steep.stats.steps < 4 * smooth.stats.steps
-    assert steep.stats.fold_solves == smooth.stats.fold_solves == 0
-
-
-def test_the_elastic_path_under_a_force_is_that_of_the_rigid_machine():
-    pushed = completed(Scene(1.0), DEAD_LOAD, 1e-3)
-    inside = (pushed.force > -4.0) & (pushed.force < 1.6) & (pushed.time > 1.0)
-    path = PiecewiseLinearProtocol(pushed.time[inside], pushed.indentation[inside])
-    rigid = completed(Scene(1.0), path, 1e-3)
-    np.testing.assert_allclose(rigid.at(pushed.time[inside]), pushed.force[inside], atol=2e-3)
-
-
-@pytest.mark.parametrize("spring", [0.4, 2.0])
-def test_the_elastic_loop_of_the_stage_loses_what_the_jumps_lose(spring):
-    found = completed(Scene(1.5, spring=spring), CYCLE, 1e-3)
-    assert len(found.jumps) == 2
-    assert all(jump.energy_lost > 0.1 for jump in found.jumps)
-    assert found.hysteresis == pytest.approx(sum(jump.energy_lost for jump in found.jumps), rel=2e-3)
-    assert stage_area(found) == pytest.approx(found.hysteresis, rel=0.01)
-
-
-def test_hard_surfaces_bear_no_tension():
-    found = completed(Scene(1.0, adhesion=HardContact()), ForceProtocol([0.0, 1.0], [-1.0, 1.0]))
-    assert found.detached
-    assert found.time[-1] == pytest.approx(0.5, abs=1e-3)
 
 
 @pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(1.0, adhesion=HardContact())])
 def test_a_first_force_that_no_contact_bears_is_said(scene):
-    found = simulate(scene, ForceProtocol([0.0, 1.0], [30.0, 0.0]))
+    found = simulate(scene, ForceProtocol([0.0, 1.0], [1.7, 0.0]))
     assert found.status == "not started: no contact bears the prescribed force"
     assert found.time.size == 0
     assert np.isnan(found.pull_off_force)

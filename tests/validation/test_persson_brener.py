@@ -9,9 +9,9 @@ import functools
 import numpy as np
 import pytest
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid
+from bem import Scene, StandardLinearSolid
 from bem.reference_solutions import jkr, persson_brener
-from tests.validation.cases import completed
+from tests.validation.cases import completed, ramps
 
 SCENE = Scene(tabor=3.24, material=StandardLinearSolid(modulus_ratio=0.1))
 CRACK_VELOCITY = {
@@ -37,7 +37,7 @@ SOME, ALL = tuple(AMPLIFICATION), tuple(CRACK_VELOCITY)
 @functools.cache
 def amplification(rate):
     """Pull-off force over the JKR one at an unloading rate."""
-    protocol = LoadingProtocol(peak_indentation=80.0, loading_rate=1.3895, dwell_time=3.0, unloading_rate=rate)
+    protocol = ramps(80.0, 1.3895, 3.0, rate)
     trajectory = completed(SCENE, protocol, "standard")
     return trajectory.pull_off_force / jkr.PULL_OFF_FORCE
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid
-from tests.validation.cases import completed
+from bem import Scene, StandardLinearSolid
+from tests.validation.cases import completed, ramps
 
 PROTOCOLS = {
     1: (0.2, 5.0, 10.0, 1.0, 200.0),
@@ -17,7 +17,7 @@ PULL_OFF_AND_HYSTERESIS = {1: (6.779, 417.26), 4: (7.438, 17.128), 12: (2.2498, 
 def test_pull_off_force_and_hysteresis(number):
     tabor, peak, loading, dwell, unloading = PROTOCOLS[number]
     scene = Scene(tabor=tabor, material=StandardLinearSolid(modulus_ratio=0.1))
-    protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+    protocol = ramps(peak, loading, dwell, unloading)
     trajectory = completed(scene, protocol, "standard")
     pull_off, hysteresis = PULL_OFF_AND_HYSTERESIS[number]
     assert trajectory.pull_off_force == pytest.approx(pull_off, rel=5e-3)

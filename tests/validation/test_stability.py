@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem import Scene, StandardLinearSolid, simulate
 from bem.solver.jumps import is_unstable
 from bem.solver.simulation import count_unstable
 from bem.tractions import slope
 from tests.bem.solver.contacts import lennard_jones, mesh_for
-from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box
+from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box, ramps
 
 AT_A_FOLD = 0.05  # largest eigenvalue of the last state before a jump; of a contact at rest it is about 1
 
@@ -28,23 +28,23 @@ def test_no_state_of_a_fast_deep_contact_is_unstable(tabor, accuracy):
 
 @pytest.mark.parametrize("tabor", [1.1, 3.0])
 def test_no_state_of_an_elastic_contact_is_unstable(tabor):
-    protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    protocol = ramps(5.0, 1.0, 0.0, 1.0)
     assert_stable(Scene(tabor), protocol, "standard")
 
 
 @pytest.mark.parametrize(
-    ("tabor", "ratio", "spring", "ramps"),
+    ("tabor", "ratio", "spring", "quantities"),
     [
         (5.316873658476408, 0.7756758488989576, 0.508368479497854, (0.59940202438, 0.39209586212, 12.43288608132)),
         (5.784228622807013, 0.5895452471596649, 0.8920491944325272, (4.93633637589, 145.38252489496, 4.86580984788)),
         (7.636038601647814, 0.5226689115331333, 1.8274505638971905, (1.14487486814, 76.15176015927, 9.78708197326)),
     ],
 )
-def test_no_state_behind_a_spring_that_a_long_step_reaches_is_unstable(tabor, ratio, spring, ramps):
+def test_no_state_behind_a_spring_that_a_long_step_reaches_is_unstable(tabor, ratio, spring, quantities):
     """The factorisation kept from the pressed contact knows nothing of the fold, and a step may pass it."""
-    depth, loading, unloading = ramps
+    depth, loading, unloading = quantities
     dwell = 0.1 if tabor > 7.0 else 0.0
-    fast = LoadingProtocol(peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+    fast = ramps(depth, loading, dwell, unloading)
     scene = Scene(tabor, StandardLinearSolid(ratio), spring=spring)
     assert count_unstable(scene, fast, "draft") == 0
 

@@ -5,7 +5,8 @@ import pytest
 
 from bem import HardContact, LennardJones, Scene, simulate
 from bem.materials import StandardLinearSolid
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import PiecewiseLinearProtocol
+from tests.validation.cases import ramps
 
 MOST_STEPS = 8_000
 
@@ -17,15 +18,13 @@ def drawn(count, seed):
         adhesion = HardContact() if rng.random() < 0.4 else LennardJones()
         peak, dwell = 10.0 ** rng.uniform(-2.0, 1.5), 10.0 ** rng.uniform(-4.0, 5.0)
         loading, unloading = 10.0 ** rng.uniform(-3.0, 4.0, 2)
-        protocol = LoadingProtocol(
-            peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading
-        )
+        protocol = ramps(peak, loading, dwell, unloading)
         yield Scene(tabor, StandardLinearSolid(ratio), adhesion), protocol, ("draft", "standard")[number % 2]
 
 
 def test_a_long_dwell_of_a_nearly_rigid_contact_takes_few_steps():
     scene = Scene(0.03, StandardLinearSolid(0.01))
-    protocol = LoadingProtocol(peak_indentation=0.3, loading_rate=50.0, dwell_time=1e5, unloading_rate=50.0)
+    protocol = ramps(0.3, 50.0, 1e5, 50.0)
     trajectory = simulate(scene, protocol, "draft")
     assert trajectory.completed
     assert trajectory.stats.steps < 400

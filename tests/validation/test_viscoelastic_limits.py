@@ -7,8 +7,8 @@ mu^3 goes with the inverse square of the modulus; indentations in h0 and forces 
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from tests.validation.cases import completed
+from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from tests.validation.cases import completed, ramps
 
 DEPTHS = [-2.0, 4.0, -2.0]
 ACCURACY = 1e-3
@@ -54,7 +54,7 @@ def test_between_the_limits_the_loop_is_neither():
 
 @pytest.mark.parametrize(("tabor", "ratio", "rate"), [(3.0, 0.1, 1e-3), (3.0, 0.1, 0.03), (3.0, 0.9, 10.0)])
 def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nodes(tabor, ratio, rate):
-    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+    protocol = ramps(3.0, rate, 0.0, rate)
     scene = Scene(tabor=tabor, material=StandardLinearSolid(ratio))
     usual, fine = (simulate(scene, protocol, accuracy) for accuracy in ("standard", 5e-4))
     assert usual.hysteresis == pytest.approx(fine.hysteresis, rel=6e-3)
@@ -64,9 +64,7 @@ def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nod
 
 @pytest.mark.parametrize(("tabor", "ratio", "rate", "peak"), [(0.17, 0.6, 600.0, 0.34), (0.3, 0.3, 1000.0, 1.0)])
 def test_a_fast_loop_that_loses_little_states_its_larger_error(tabor, ratio, rate, peak):
-    cycle = LoadingProtocol(
-        peak_indentation=peak, loading_rate=rate * tabor, dwell_time=0.0, unloading_rate=rate * tabor
-    )
+    cycle = ramps(peak, rate * tabor, 0.0, rate * tabor)
     found, fine = (simulate(Scene(tabor, StandardLinearSolid(ratio)), cycle, a) for a in ("standard", 1e-4))
     error = abs(found.hysteresis / fine.hysteresis - 1.0)
     assert found.accuracy < error < found.hysteresis_accuracy

@@ -83,12 +83,6 @@ def test_rows_of_the_master_grid_agree_with_the_selection(tabor, edge, lines):
     np.testing.assert_allclose(prolonged(mesh, traction) @ mesh.master_rows, traction @ mesh.influence, rtol=1e-9)
 
 
-def test_nothing_remembered_needs_no_rows():
-    grid, mesh = mesh_for(1.0, edge=1.0, peak=5.0)
-    assert mesh.master_rows.shape == (0, mesh.radii.size)
-    assert grid.size > 0
-
-
 def test_prolongation_by_lines_ends_with_the_mesh():
     grid, _ = mesh_for(1.0, edge=1.0, peak=5.0, lines=True)
     nodes = np.array([0, 1, 4, 9, 20])

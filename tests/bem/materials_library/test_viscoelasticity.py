@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as some
 from scipy.integrate import quad
 
 from bem import Elastic, PronySeries, StandardLinearSolid
@@ -49,28 +47,6 @@ def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
     ]
     compliance = series.modulus_ratio + parts[0] - 1j * parts[1]
     assert complex_modulus(series, omega) == pytest.approx(1.0 / compliance, rel=1e-6)
-
-
-@settings(max_examples=60)
-@given(
-    some.lists(some.floats(1e-3, 1e3), min_size=1, max_size=8),
-    some.lists(some.floats(0.01, 1.0), min_size=8, max_size=8),
-    some.floats(1e-2, 1e2),
-)
-def test_retardation_and_relaxation_are_each_others_inverse(moduli, gaps, first):
-    times = first * np.cumprod(1.0 + 10.0 * np.array(gaps))[: len(moduli)]
-    series = PronySeries.from_moduli(moduli, times)
-    found, roots = relaxation_spectrum(series)
-    np.testing.assert_allclose(roots, times, rtol=1e-8)
-    np.testing.assert_allclose(found, moduli, rtol=1e-6)
-
-
-def test_the_two_series_have_the_same_complex_modulus():
-    moduli, times = np.array([5.0, 3.0, 0.5]), np.array([1e-6, 1e-2, 1e3])
-    series = PronySeries.from_moduli(moduli, times)
-    omega = np.geomspace(1e-5, 1e8, 50)[:, np.newaxis]
-    expected = 1.0 + np.sum(moduli * 1j * omega * times / (1.0 + 1j * omega * times), axis=1)
-    np.testing.assert_allclose(complex_modulus(series, omega[:, 0]), expected, rtol=1e-10)
 
 
 def test_a_series_is_found_again_from_its_moduli():

@@ -1,26 +1,16 @@
-"""The same answer on one core and two, in any order, and after an interruption."""
+"""The same answer on one core and two, and in any order."""
 
 import numpy as np
 import pytest
 from joblib import Parallel, delayed
 
-from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.dataset.campaign import Campaign
-from bem.dataset.designs import Design
-from bem.dataset.file import load_dataset
-from bem.dataset.run import run_campaign
-
-SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force", "steps", "jump_count")
+from bem import PronySeries, Scene, StandardLinearSolid, simulate
+from tests.validation.cases import drawn_from_the_papers_box, ramps
 
 
 def cases():
-    drawn = Design("log-uniform").protocols(6, seed=21)
-    found = []
-    for i in range(6):
-        quantities = {name: float(values[i]) for name, values in drawn.items()}
-        found.append((Scene(quantities.pop("tabor"), StandardLinearSolid(0.1)), LoadingProtocol(**quantities)))
-    found.append((Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), found[0][1]))
-    return found
+    found = drawn_from_the_papers_box(6)
+    return [*found, (Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), found[0][1])]
 
 
 def force(case):
@@ -40,7 +30,6 @@ def answers():
 
 
 WAYS = {
-    "twice": lambda: map(force, cases()),
     "in another order": lambda: [force(case) for case in cases()[::-1]][::-1],
     "in two processes": lambda: Parallel(n_jobs=2)(delayed(force)(case) for case in cases()),
     "in two threads": lambda: Parallel(n_jobs=2, backend="threading")(delayed(force)(case) for case in cases()),
@@ -54,30 +43,6 @@ def test_the_answer_is_the_same(answers, way):
 
 def test_deeper_protocols_before_do_not_change_the_answer(answers):
     """The influence matrix that is kept grows with the deepest scene so far."""
-    deep = LoadingProtocol(peak_indentation=100.0, loading_rate=1e3, dwell_time=0.01, unloading_rate=1e3)
+    deep = ramps(100.0, 1e3, 0.01, 1e3)
     simulate(Scene(3.2, StandardLinearSolid(0.1)), deep, "draft")
     same([force(case) for case in cases()], answers)
-
-
-# Interruptions of every kind are tried with a stand-in for the solver in `tests/bem/dataset`.
-@pytest.mark.slow
-def test_interrupted_campaign_ends_the_same(tmp_path):
-    plan = Campaign(count=12, seed=5, accuracy="draft")
-    run_campaign(plan, tmp_path / "whole.h5", workers=1)
-
-    class EnoughError(Exception):
-        pass
-
-    def stop(*_):
-        seen.append(None)
-        if len(seen) == 6:
-            raise EnoughError
-
-    seen = []
-    with pytest.raises(EnoughError):
-        run_campaign(plan, tmp_path / "resumed.h5", workers=1, progress=stop)
-    run_campaign(plan, tmp_path / "resumed.h5", workers=2)
-    whole, resumed = load_dataset(tmp_path / "whole.h5"), load_dataset(tmp_path / "resumed.h5")
-    np.testing.assert_array_equal(resumed.force, whole.force)
-    for name in SCALARS:
-        np.testing.assert_array_equal(resumed.scalars[name], whole.scalars[name])

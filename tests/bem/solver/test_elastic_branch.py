@@ -6,7 +6,7 @@ from bem.discretisation.influence import influence_matrix
 from bem.reference_solutions import jkr
 from bem.solver.elastic_branch import Branch, branch_of
 from bem.solver.problem import LoadingDevice
-from bem.solver.work import work_by_name
+from bem.solver.records import work_by_name
 from bem.tractions import GAP_AT_PEAK, Exponential, LennardJones, interface_of, law_of
 from tests.bem.solver.contacts import stress
 

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Exponential, HardContact, LennardJones, PowerLaw, Scene, simulate
-from bem.discretisation.mesh import uniform_mesh
-from bem.materials import Elastic, StandardLinearSolid
+from bem import ConstantStress, Exponential, LennardJones, PowerLaw, Scene, simulate
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import maugis_dugdale
 from bem.solver import elastic_branch, simulation
@@ -36,6 +34,7 @@ def test_the_curve_and_time_steps_agree(scene, protocol, monkeypatch):
     assert found.status.split()[0] == stepped.status.split()[0]
     assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
     assert found.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
+    assert found.energy_balance == pytest.approx(stepped.energy_balance, abs=4e-3, rel=4e-3, nan_ok=True)
     assert len(found.jumps) == len(stepped.jumps)
     rigid = scene.spring is None and protocol is CYCLES  # else the sphere moves fast where it is about to jump
     for one, other in zip(found.jumps, stepped.jumps, strict=True):
@@ -77,34 +76,11 @@ def test_a_path_starts_where_the_surfaces_have_come_together(depths):
     assert len(found.jumps) == (depths[0] < -2.55)
 
 
-def test_no_contact_bears_more_than_the_largest_tension():
-    gone = simulate(Scene(1.0), ForceProtocol([0.0, 1.0], [1.7, 1.8]))
-    assert gone.status.startswith("not started: no contact bears")
-    found = simulate(Scene(1.0), ForceProtocol([0.0, 1.0], [1.6, 1.8]))
-    assert found.status.startswith("detached: no contact bears the prescribed force (at time 0.35")
-    assert found.jumps[0].force_before == pytest.approx(1.6707, rel=1e-3)
-    assert np.isnan(found.jumps[0].indentation_after)
-
-
 def test_only_the_budget_of_the_whole_curve_gives_a_trajectory():
     whole = simulate(Scene(5.0), CYCLES)
     for share, wanted in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
         found = simulate(Scene(5.0), CYCLES, most_work=share * whole.stats.multiply_adds)
         assert found.status.startswith(wanted)
-
-
-@pytest.mark.parametrize(
-    ("scene", "options", "rung"),
-    [
-        (Scene(1.0, Elastic()), {}, "elastic branch"),
-        (Scene(1.0, Elastic(), spring=3.0), {}, "elastic branch"),
-        (Scene(1.0, StandardLinearSolid(0.1)), {}, "boundary elements"),
-        (Scene(1.0, Elastic()), {"mesh": uniform_mesh(6.0, 60)}, "boundary elements"),
-    ],
-)
-def test_the_statistics_say_what_answered(scene, options, rung):
-    assert simulate(scene, CYCLES, "draft", **options).stats.rung == rung
-    assert simulate(Scene(1.0, adhesion=HardContact()), CYCLES, "draft").stats.rung != "elastic branch"
 
 
 def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
@@ -120,7 +96,9 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
     assert len(found.jumps) == 2
 
 
-@pytest.mark.parametrize(("tabor", "deep"), [(12.0, -26.0), (27.0, -50.0), (45.0, -90.0)])
+@pytest.mark.parametrize(
+    ("tabor", "deep"), [(12.0, -26.0), pytest.param(27.0, -50.0, marks=pytest.mark.slow), (45.0, -90.0)]
+)
 def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, deep):
     """Before the surfaces meet such a traction acts on a disk much wider than the smallest contact."""
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [deep, 24.0, deep])
@@ -134,15 +112,16 @@ def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, 
     ("tabor", "power", "peak", "law"),
     [(0.02, 8.0, 0.162, Exponential()), (0.02, 6.0, 0.5, LennardJones()), (1.0, 8.0, 0.5, ConstantStress())],
 )
-@pytest.mark.parametrize("accuracy", ["draft", "standard"])
-def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, peak, law, accuracy, monkeypatch):
+def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, peak, law, monkeypatch):
     """Their force grows with a high power of the contact radius."""
     scene, path = Scene(tabor, adhesion=law, indenter=PowerLaw(power)), [-4.0, peak, -4.0]
-    found = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], path), accuracy)
+    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], path)
+    both = [simulate(scene, protocol, accuracy) for accuracy in ("draft", "standard")]
     monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
-    stepped = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], path), 1e-3)
-    assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=found.accuracy)
-    assert found.max_compression == pytest.approx(stepped.max_compression, rel=found.accuracy)
+    stepped = simulate(scene, protocol, 1e-3)
+    for found in both:
+        assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=found.accuracy)
+        assert found.max_compression == pytest.approx(stepped.max_compression, rel=found.accuracy)
 
 
 def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.solver.paper_method import simulate_paper_method
 
 PROTOCOL = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
@@ -61,9 +61,3 @@ def test_elastic_folds_are_jumped_where_the_solver_jumps():
         assert (found.force[before], found.force[after]) == (jump.force_before, jump.force_after)
         assert found.contact_radius[before] == found.contact_radius[before - 1]
         assert found.contact_radius[after] != found.contact_radius[before]
-
-
-def test_prony_series_with_one_term_is_the_standard_linear_solid():
-    one = simulate_paper_method(SCENE, PROTOCOL, nodes=40, steps=40)
-    same = simulate_paper_method(Scene(1.0, PronySeries([0.9], [1.0])), PROTOCOL, nodes=40, steps=40)
-    np.testing.assert_allclose(same.force, one.force, rtol=1e-9)

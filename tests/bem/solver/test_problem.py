@@ -35,12 +35,6 @@ def test_a_grid_that_moves_is_made_for_lines(scene, moves):
     assert problem.scheme.grid.smooth is not moves
 
 
-def test_a_scene_without_a_spring_has_no_compliance():
-    accuracy = resolve_accuracy("draft")
-    assert problem_of(Scene(1.0), PATH, accuracy).device.compliance == 0.0
-    assert problem_of(Scene(1.0, spring=4.0), PATH, accuracy).device.compliance == 0.25
-
-
 @pytest.mark.parametrize(
     ("depth", "dwell", "finer"), [(10.0, 9.0, False), (10.0, 11.0, True), (10.0, 1e3, True), (-20.0, 1e3, False)]
 )

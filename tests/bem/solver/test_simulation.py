@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method
-from bem.discretisation.mesh import uniform_mesh
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import jkr
 from bem.solver import simulation
@@ -33,21 +32,6 @@ def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
     assert trajectory.indentation[[0, -1]] == pytest.approx([start, start])
     assert np.max(trajectory.indentation) == 4.0
     assert trajectory.time[-1] == pytest.approx(PROTOCOL.phase_times(1.0)[-1])
-
-
-def test_each_effect_has_its_own_cost_in_memory_vectors():
-    terms = {1: [0.8], 2: [0.4, 0.4], 3: [0.3, 0.3, 0.2]}
-    assert run(material=Elastic()).stats.memory_vectors == 0
-    assert run(material=StandardLinearSolid(modulus_ratio=1.0)).stats.memory_vectors == 0
-    assert run().stats.memory_vectors == 1
-    for count, strengths in terms.items():
-        material = PronySeries(strengths, 10.0 ** np.arange(count))
-        assert run(material=material).stats.memory_vectors == count
-
-
-def test_the_far_field_leaves_the_linear_solve():
-    stats = run().stats
-    assert 3.0 < stats.unknowns_per_solve < 0.7 * stats.nodes
 
 
 def test_phases_that_do_not_occur_take_no_steps():
@@ -94,24 +78,6 @@ def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, l
     np.testing.assert_allclose(followed.at(at), fine.at(at), rtol=0.0, atol=1e-3 * scale)
     drift = at > times[-2]
     np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
-
-
-@pytest.mark.parametrize("material", [Elastic(), SOFT])
-def test_a_users_mesh_agrees_with_the_one_that_follows_the_edge(material):
-    own = run(material=material, accuracy="standard", mesh=uniform_mesh(7.0, 200))
-    ours = run(material=material, accuracy="standard")
-    assert own.stats.nodes == own.stats.grid_nodes == 200
-    assert own.stats.remeshings == 0
-    assert own.pull_off_force == pytest.approx(ours.pull_off_force, rel=0.01)
-    if material is SOFT:
-        assert own.hysteresis == pytest.approx(ours.hysteresis, rel=0.01)
-
-
-@pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
-def test_a_mesh_that_ends_inside_the_contact_is_refused(adhesion):
-    deep = dataclasses.replace(PROTOCOL, peak_indentation=20.0)
-    with pytest.raises(ValueError, match=r"mesh must reach beyond the contact, .*; received one that ends at 2"):
-        run(adhesion=adhesion, protocol=deep, mesh=uniform_mesh(2.0, 200))
 
 
 def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
@@ -206,18 +172,6 @@ def test_a_large_tabor_parameter_ends_at_its_budget(name, accuracy):
     trajectory = simulate(*LARGE_MU[name], accuracy, most_work=5e9)
     assert trajectory.status.removeprefix("not started: ").startswith("stopped at the budget of 5e+09 multiply-adds; ")
     assert trajectory.stats.multiply_adds < 5.5e9
-
-
-def test_a_glassy_start_is_the_elastic_solution_of_the_instantaneous_modulus():
-    path = PiecewiseLinearProtocol([0.0, 1e-7], [-1.0, 3.0])
-    glassy = run(protocol=path, accuracy=1e-3, initial_state="glassy")
-    relaxed = run(protocol=path, accuracy=1e-3)
-    stiff = run(material=Elastic(), tabor=0.1 ** (2.0 / 3.0), protocol=path, accuracy=1e-3)
-    soft = run(material=Elastic(), protocol=path, accuracy=1e-3)
-    assert glassy.force[0] == pytest.approx(stiff.force[0], rel=1e-3)
-    assert glassy.force[-1] == pytest.approx(stiff.force[-1], rel=1e-3)
-    assert relaxed.force[0] == pytest.approx(soft.force[0], rel=1e-3)
-    assert abs(glassy.force[0] / relaxed.force[0] - 1.0) > 0.05
 
 
 def test_a_held_contact_relaxes_to_the_elastic_force():
