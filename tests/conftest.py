@@ -7,9 +7,11 @@ from hypothesis import settings
 
 from surrogate.architectures import naming, registry
 
-# TensorFlow, where a test starts it, is silent and takes one core.
+# TensorFlow, where a test starts it, is silent. All take one core: with matrices this small, threads of BLAS wait for
+# each other longer than they compute.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
+for name in ("TF_NUM_INTRAOP_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
 
 # The first example of a kernel compiles it, and a shared machine stalls now and then: clocks prove nothing here.
 settings.register_profile("steady", deadline=None, derandomize=True)

@@ -3,18 +3,10 @@
 from collections import Counter
 
 import pytest
-from threadpoolctl import threadpool_limits
 
 from bem.dataset.campaign import Campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_blas_thread():
-    """Kernels tried without `simulate` want what it gives them: systems this small only suffer from threads."""
-    with threadpool_limits(limits=1, user_api="blas"):
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from threadpoolctl import threadpool_limits
 
 import bem.dataset.file
 from bem.dataset.measurement_steps import measurement_grid
@@ -48,13 +47,6 @@ def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
     cost = {"versions": {}, "host": "a machine", "wall_seconds": 1.0, "core_seconds": 1.0, "workers": 1}
     bem.dataset.file.write_file(path, columns, what | cost | {"shard": "1/1", "campaign": identity})
     return path
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    """On small matrices, threads of BLAS wait for each other longer than they compute."""
-    with threadpool_limits(1, "blas"):
-        yield
 
 
 @pytest.fixture(scope="session")

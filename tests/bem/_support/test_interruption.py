@@ -227,6 +227,7 @@ def test_control_c_ends_a_command_in_one_line(number, wait, tmp_path):
     assert took is None or took < LATEST
 
 
+@pytest.mark.slow
 def test_control_c_ends_the_processes_of_a_map_too(tmp_path):
     place, time_of = np.concatenate([np.linspace(-1e-6, 1e-6, 400), np.linspace(1e-6, -1e-6, 400)]), np.arange(800.0)
     table = np.column_stack([time_of, place, -1e-4 * np.maximum(place, 0.0) ** 1.5])

@@ -23,7 +23,9 @@ pytestmark = pytest.mark.usefixtures("in_this_process")
 INTERRUPTED = "bem: interrupted; what was done is saved, and the same command continues\n"
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGKILL, signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_a_signal_ends_all_processes_and_loses_nothing(number, undisturbed, out):
     process = helpers.start_command(*WORDS, "--workers", 2, "--out", out, start_new_session=True)
     helpers.wait_for(lambda: len(helpers.parts(out)) >= 2 or process.poll() is not None)
