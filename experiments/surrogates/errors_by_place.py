@@ -11,6 +11,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from rich.console import Console
+from rich.table import Table
 
 import surrogate
 from bem import Trajectory
@@ -26,8 +28,11 @@ COVERAGE = 0.9
 LEVELS = (0.5, 0.9, 0.999)
 INSIDE = (*RESULTS, *BANDS)
 PAPER = "M1-concat"
+"""Model of the paper that is judged, too."""
 PLACES = ("paper", "vertices", "box")
 """At the paper's modulus ratio, over the ranges and at their ends, and over all ranges."""
+WIDTH = 210
+"""Of a printed table, in letters."""
 MOST_IN_A_CORNER = 3.0
 """Aim: the largest 90th percentile of a corner, over that of the whole ranges."""
 
@@ -97,6 +102,32 @@ def limits_text(errors_by_place: Any) -> str:
     )
 
 
+def worst(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The largest error and width of several places, and the least coverage, each by itself."""
+    return {
+        key: min(one[key] for one in rows) if "inside" in key else np.max([one[key] for one in rows], axis=0)
+        for key in rows[0]
+    } | {"count": min(one["count"] for one in rows)}
+
+
+def print_table(name: str, found: dict[str, Any]) -> None:
+    """Print the summaries of a model: a line for each place, and one for the worst of the corners."""
+    lines = {place: found[place] for place in PLACES if place in found} | found.get("edges", {})
+    if "corners" in found:
+        lines[f"worst of {len(found['corners'])} corners"] = worst(found["corners"])
+    levels = ", ".join(f"{100.0 * level:g}" for level in LEVELS)
+    table = Table(
+        title=f"{name}, errors and widths in percent: percentiles {levels}; shares in intervals of {COVERAGE}"
+    )
+    for key in ("place", *lines[PLACES[0]]):
+        words = key.replace("inside/", "in ").replace("width/", "width of ").replace("_", " ")
+        table.add_column(words, justify="left" if key == "place" else "right", no_wrap=key == "place")
+    for place, one in lines.items():
+        rest = (" ".join(f"{value:.3g}" for value in np.atleast_1d(one[key])) for key in one if key != "count")
+        table.add_row(place, f"{one['count']:,}", *rest)
+    Console(width=WIDTH).print(table)
+
+
 def study(
     *,
     count: Count = 20_000,
@@ -120,5 +151,6 @@ def study(
         if banded:
             rows["edges"] = {words: summary(found[2], chosen) for words, chosen in edges.items() if chosen.any()}
             rows["corners"] = [summary(found[3], number == one) for one in range(64)]
+        print_table(name, rows)
     print(limits_text(content))
     return content

@@ -88,9 +88,11 @@ class Answer:
         )
 
 
-def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch):
+def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch, capsys):
     monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
     content = errors_by_place.study(count=4, corner=1, seed=3)["models"]
+    printed = [[cell.strip() for cell in line.split("\u2502")[1:4]] for line in capsys.readouterr().out.splitlines()]
+    assert ["worst of 64 corners", "1", "1 1 1"] in printed
     assert list(content["M1-concat"]) == ["paper", "vertices"]
     for place in ("paper", "box"):
         found = content["fast"][place]
