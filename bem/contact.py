@@ -26,6 +26,14 @@ from bem.solver.simulation import REASONS, load_kernels
 from bem.solver.time_stepping import Progress, follow, segment_of, start
 
 
+class _Step(NamedTuple):
+    """What was asked of a contact."""
+
+    duration: float
+    name: str  # of what is prescribed: "indentation" or "force"
+    value: float
+
+
 class _Moment(NamedTuple):
     """A state between two steps; nothing changes it."""
 
@@ -40,6 +48,12 @@ def _proceed(problem: Problem, progress: Progress, step: np.ndarray, work: np.nd
     """What follows a state in a `step` (3,): duration, and the control before and after."""
     segment = segment_of(problem, np.array([0.0, step[0]]), step[1:], 0, -1)
     return follow(problem, segment, progress, np.empty(0), stop, work)
+
+
+def _own(progress: Progress) -> Progress:
+    """The same state with arrays of its own, so that a step from it leaves it as it is."""
+    memory, factor = Memory(*map(np.copy, progress.memory)), Factor(*map(np.copy, progress.factor))
+    return progress._replace(memory=memory, factor=factor, records=in_python(new_records)())
 
 
 class Contact:
@@ -87,7 +101,7 @@ class Contact:
         if start_indentation is not None:
             self._start = finite_number("start_indentation", start_indentation, high=LARGEST_INDENTATION)
         load_kernels()
-        self._steps: list[tuple[float, str, float]] = []  # duration, and name and value of what was prescribed
+        self._steps: list[_Step] = []
         self._room = max(finite_number("deepest", deepest, high=LARGEST_INDENTATION), self._start)
         self.status = "completed"
         self._begin()
@@ -106,7 +120,7 @@ class Contact:
         if progress.outcome != COMPLETED:
             raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
         for step in self._steps:
-            self._now = self._after(*step)
+            self._now = self._after(step)
 
     @property
     def time(self) -> float:
@@ -150,13 +164,14 @@ class Contact:
             )
         name, value = ("indentation", indentation) if force is None else ("force", force)
         limit = LARGEST_INDENTATION if force is None else LARGEST_FORCE
-        duration = finite_number("duration", duration, above=0.0)
-        step = duration, name, finite_number(name, value, low=-limit, high=limit)
+        step = _Step(
+            finite_number("duration", duration, above=0.0), name, finite_number(name, value, low=-limit, high=limit)
+        )
         if name == "indentation":
-            self._need(step[2])
-        after = self._after(*step)
+            self._need(step.value)
+        after = self._after(step)
         if name == "force" and self._need(float(after.progress.state.depth)):
-            after = self._after(*step)
+            after = self._after(step)
         outcome = after.progress.outcome
         self.status = REASONS[outcome].format(MOST_WORK)
         if outcome != COMPLETED:
@@ -179,17 +194,16 @@ class Contact:
         self._begin()
         return True
 
-    def _after(self, duration: float, name: str, value: float) -> _Moment:
-        """The state after a step, which leaves the present one as it is."""
-        now, before = self._now, self._now.progress
+    def _after(self, step: _Step) -> _Moment:
+        """The state after a step."""
+        now, state = self._now, self._now.progress.state
+        first = now.stage if step.name == "indentation" else state.force
         work = new_work(MOST_WORK)
         work[STEPS] = now.steps
-        values = np.array([duration, now.stage if name == "indentation" else before.state.force, value])
-        memory, factor = Memory(*map(np.copy, before.memory)), Factor(*map(np.copy, before.factor))
-        own = before._replace(memory=memory, factor=factor, records=in_python(new_records)())
-        progress = interruptible(_proceed, self._problems[name], own, values, work)
+        values = np.array([step.duration, first, step.value])
+        progress = interruptible(_proceed, self._problems[step.name], _own(now.progress), values, work)
         spring = self._scene.spring
-        stage = value if name == "indentation" else progress.state.depth
-        if name == "force" and spring is not None:
+        stage = step.value if step.name == "indentation" else progress.state.depth
+        if step.name == "force" and spring is not None:
             stage -= progress.state.force / spring
-        return _Moment(now.time + duration, stage, progress, int(work[STEPS]))
+        return _Moment(now.time + step.duration, stage, progress, int(work[STEPS]))

@@ -298,8 +298,11 @@ def _trajectory(
 
 def _not_started(reason: str, target: float, terms: int) -> Trajectory:
     """An empty trajectory: the scene is known to be out of reach before the first step."""
-    empty, stats, unloading = np.zeros(0), Statistics(memory_vectors=terms), np.zeros(0, bool)
-    return Trajectory(empty, empty, empty, empty, f"not started: {reason}", (), stats, target, unloading)
+    empty, stats = np.zeros(0), Statistics(memory_vectors=terms)
+    said = f"not started: {reason}"
+    return Trajectory(
+        empty, empty, empty, empty, status=said, jumps=(), stats=stats, accuracy=target, unloading=np.zeros(0, bool)
+    )
 
 
 def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump, ...], target: float) -> float:
