@@ -63,6 +63,8 @@ def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
     assert list(named) == ["apart", "first contact", "pressed", "relaxed", "pull-off", "released"]
     # The pull-off time is that of the simulation before.
     assert all(np.abs(trajectory.profiles.time - time).min() < 1e-3 for time in named.values())
+    held = trajectory.time[trajectory.indentation > PROTOCOL.peak_indentation - 1e-9]
+    assert (named["pressed"], named["relaxed"]) == (held[0], held[-1])
 
 
 def test_pressed_is_the_deepest_contact_and_relaxed_ends_a_dwell():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation, in_phase
 
 GOOD = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 
@@ -15,6 +15,8 @@ def test_phases_of_a_plain_protocol():
     assert history.phases == ("loading", "dwell", "unloading")
     assert history.duration == 9.5
     np.testing.assert_array_equal(history.rates, [2.0, 0.0, -4.0])
+    instants = np.array([0.0, 5.9, 6.0, 6.2, 6.5, 6.6, 9.5])
+    assert in_phase(history, instants, "dwell").tolist() == [False, False, True, True, True, False, False]
     np.testing.assert_allclose(history.indentation_at([-1.0, 3.0, 6.2, 8.0, 20.0]), [-2.0, 4.0, 10.0, 4.0, -2.0])
 
 

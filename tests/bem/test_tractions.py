@@ -72,6 +72,8 @@ def test_other_laws_have_the_work_and_the_largest_traction_of_lennard_jones(adhe
     work = sum(quad(lambda h: traction_at(law, h), a, b)[0] for a, b in itertools.pairwise(ends))
     assert work == pytest.approx(1.0, abs=1e-8)
     assert potential_at(law, 1.0) == pytest.approx(-1.0, abs=1e-8)
+    joint = adhesion.breaks[0]  # where the law joins its repulsion
+    assert tail_energy_at(law, joint - 1e-9) == pytest.approx(tail_energy_at(law, joint + 1e-9), abs=1e-7)
     beyond = adhesion.breaks[-1] + 1e-9
     assert traction_at(law, beyond) == tail_force_at(law, beyond) == tail_energy_at(law, beyond) == 0.0
 

@@ -75,3 +75,4 @@ def test_what_is_kept_is_counted_and_two_loads_are_at_the_rates_of_the_protocol(
     ramps = {"peak_indentation": 5.0, "loading_rate": 2.0, "dwell_time": 1.0, "unloading_rate": 4.0}
     found = recommendations.two_loads(LoadingProtocol(**ramps), 1.0, 0.5)
     assert np.diff(found.indentations) / np.diff(found.times) == pytest.approx([2.0, -4.0, 2.0, -4.0])
+    assert found.indentations[1:4].tolist() == [5.0, 2.5, 5.0]

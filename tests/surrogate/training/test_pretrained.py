@@ -41,6 +41,11 @@ def runs(data, tmp_path_factory):
     return folder
 
 
+def test_the_telling_steps_are_at_the_middle_and_the_end_of_each_phase():
+    # Of the 72 points of unloading, 16 lie before the crossing of zero.
+    assert pretrained.telling_steps((22, 8, 72)) == [10, 21, 25, 29, 37, 45, 64, 101]
+
+
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, runs, tmp_path):
     runs = shutil.copytree(runs, tmp_path / "runs")
     folder = runs / "fast"
