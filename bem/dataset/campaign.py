@@ -44,8 +44,6 @@ class Job:
     `identity`, `cases_of`, `inputs`, `kept` and `read`, as `Campaign` documents them.
     """
 
-    shard = (1, 1)
-    """Which of several interleaved shares this is, counting from 1, and how many there are."""
     form: ClassVar[str] = FORMAT
     """Name of the file's format."""
     stated: ClassVar[tuple[str, ...]] = ("accuracy",)
@@ -57,9 +55,7 @@ class Job:
 
     def shard_path(self, out: Path) -> Path:
         """Where the file goes: `out` itself, or beside it for one of several shards."""
-        if self.shard == (1, 1):
-            return out
-        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
+        return out
 
     def batches(self, indices: np.ndarray, workers: int) -> deque[Batch]:
         """Some of the trajectories in batches for these workers, each with its case, in random order.
@@ -201,6 +197,12 @@ class Campaign(Job):
         }
         # Uniform ones are not named, as before there were others.
         return identity if self.steps == "uniform" else identity | {"steps": self.steps, "steps_version": STEPS_VERSION}
+
+    def shard_path(self, out: Path) -> Path:
+        """Where the data set goes: `out` itself, or beside it for one of several shards."""
+        if self.shard == (1, 1):
+            return out
+        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
     def cases_of(self, indices: np.ndarray) -> list[tuple[Scene, Any]]:
         """Scene and protocol of some of the protocols."""
