@@ -1,4 +1,4 @@
-"""Indenters of other shapes against Galin and Sneddon without adhesion, and against JKR of power-law profiles with it.
+"""The sphere against Hertz and JKR, and indenters of other shapes against Galin, Sneddon and JKR of power-law profiles.
 
 Sources: see `bem.reference_solutions.hertz` and `bem.reference_solutions.jkr`.
 """
@@ -47,7 +47,7 @@ def test_an_elastic_contact_without_adhesion_is_that_of_galin_and_sneddon(expone
     assert {trajectory.stats.rung, behind.stats.rung, loaded.stats.rung} == {"Hertz"}
 
 
-@pytest.mark.parametrize("exponent", EXPONENTS)
+@pytest.mark.parametrize("exponent", [*EXPONENTS, 2.0])
 def test_a_mesh_finds_galin_and_sneddon_too(exponent):
     reach = 1.1 * float(hertz.contact_radius_from_indentation(6.0, 1.0, exponent))
     meshed = completed(hard(exponent), PRESS, mesh=uniform_mesh(reach, 200))
