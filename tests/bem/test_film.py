@@ -109,6 +109,8 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhes
     assert [axes.get_title().split("  ")[1] for axes in panels] == list(moments(trajectory))
     for axes in panels:  # also where the whole sphere lies below the top
         assert axes.collections[0].get_paths()[0].vertices[:, 1].max() >= axes.get_ylim()[1]
+    surface = np.concatenate(panels[list(moments(trajectory)).index("pressed")].collections[2].get_segments())[:, 1]
+    assert surface[surface.size // 2] < surface[0] - 1.0  # in units of h0, below what is far away
     adheres = isinstance(adhesion, LennardJones)
     assert ("pull-off" in moments(trajectory)) == adheres
     assert [float(tick.get_text()) > 0.0 for tick in figure.axes[-1].get_yticklabels()][2:] == [True] * adheres

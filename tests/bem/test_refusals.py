@@ -154,6 +154,7 @@ OF_DATA_SETS = [
     *each(Design, "ranges", "range of tabor must have its lower bound first", {"tabor": (3.0, 1.0)}),
     *each(Design, "ranges", "lower bound of tabor must be a finite number at least 1e-06", {"tabor": (0.0, 1.0)}),
     *each(Design, "ranges", "upper bound of tabor must be a finite number", {"tabor": (1.0, np.nan)}),
+    *each(Design, "ranges", "dwell_time must be a finite number at least 1e-12", {"dwell_time": (1e-13, 1.0)}),
     *each(Design, "ranges", "range of tabor must be two numbers", {"tabor": 1.0}),
     *each(Design, "ranges", "received 'radius'", {"radius": (1.0, 2.0)}),
     *each(Design, "modulus_ratio", RATIO, 0.0),
