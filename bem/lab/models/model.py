@@ -151,12 +151,12 @@ def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[Flo
     """Corners near the samples `knots`: where the lines through the points on either side meet, if within a sample."""
     corners = {knot: (float(time[knot]), float(depth[knot])) for knot in knots}
     straight = [(a, b) for a, b in itertools.pairwise(knots) if b - a > _FEWEST]
-    lines = [np.polynomial.Polynomial.fit(time[a + 1 : b], depth[a + 1 : b], 1).convert().coef for a, b in straight]
+    lines = [_line(time[begin + 1 : end], depth[begin + 1 : end]) for begin, end in straight]
     for ((_, end), (begin, _)), (before, after) in zip(
         itertools.pairwise(straight), itertools.pairwise(lines), strict=True
     ):
         # One corner may have left two knots, the samples on either side of it.
-        if begin - end > 1 or before.size < 2 or after.size < 2 or before[1] == after[1]:
+        if begin - end > 1 or 0.0 in (before[1], after[1]) or before[1] == after[1]:
             continue
         instant = (after[0] - before[0]) / (before[1] - after[1])
         if time[end - 1] <= instant <= time[begin + 1]:
@@ -165,3 +165,10 @@ def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[Flo
                 del corners[begin]
     instants, places = np.array(list(corners.values())).T
     return instants, places
+
+
+def _line(time: FloatArray, depth: FloatArray) -> tuple[float, float]:
+    """Ordinate and slope of the line through points; `convert` of NumPy would swallow what a signal handler raises."""
+    line = np.polynomial.Polynomial.fit(time, depth, 1)
+    offset, scale = line.mapparms()
+    return line.coef[0] + line.coef[1] * offset, line.coef[1] * scale
