@@ -21,7 +21,13 @@ LONGEST = 2000
 
 
 def add_version(app: Any, name: str, number: str) -> None:
-    """Give a Typer application of several commands the option `--version`, which shows its name and number."""
+    """Give a Typer application of several commands the option `--version`.
+
+    Args:
+        app: The application.
+        name: The command's name, which stands before the version.
+        number: Its version.
+    """
 
     def show(wanted: bool) -> None:
         if wanted:
@@ -39,10 +45,14 @@ def add_version(app: Any, name: str, number: str) -> None:
 
 @contextmanager
 def one_sentence(name: str, *, failures: bool = True) -> Iterator[None]:
-    """Leave the process with one sentence, which begins with the command's name, instead of a traceback.
+    """Leave the process with one sentence instead of a traceback: status 2 for a mistake, 1 for a failure.
 
-    The status is 2 for a mistake of the user, a `ValueError` or an error of the operating system, and 1 for a failure,
-    one of `FAILURES`, if `failures` are to end so too. It serves as a decorator of a command too.
+    A mistake of the user is a `ValueError` or an error of the operating system, a failure one of `FAILURES`. It serves
+    as a decorator of a command too.
+
+    Args:
+        name: The command's name, which begins the sentence.
+        failures: Whether failures end so too.
     """
     try:
         yield
@@ -56,9 +66,13 @@ def one_sentence(name: str, *, failures: bool = True) -> Iterator[None]:
 
 
 def run_command(app: Any, name: str, program: str | None = None, *, failures: bool = False) -> None:
-    """Run a Typer application and leave the process with its status; `name` and `failures` as in `one_sentence`.
+    """Run a Typer application and leave the process with its status.
 
-    Its help calls the command `program`, or as it was called by default.
+    Args:
+        app: The application.
+        name: The command's name, which begins the sentence.
+        program: How the command is called, for its help; found out by default.
+        failures: Whether failures end in one sentence too, as `one_sentence` says.
     """
     try:
         with one_sentence(name, failures=failures):
@@ -80,10 +94,15 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
 
 
 def run_main(main: Callable[..., Any], name: str | None = None, *, program: str | None = None, **settings: Any) -> None:
-    """Run a module's function, whose parameters are the command's, and leave the process with its status.
+    """Run a module's function as a command of its own, and leave the process with its status.
 
-    A `RuntimeError`, by which a study reports that a step failed, ends it with one sentence and status 1, which begins
-    with the module's name by default; `program` as in `run_command`, `settings` as in `Typer.command`.
+    A `RuntimeError`, by which a study reports that a step failed, ends it with one sentence and status 1.
+
+    Args:
+        main: The function; its parameters are the command's.
+        name: What begins the sentence; the module's name by default.
+        program: How the command is called, for its help; found out by default.
+        settings: Keywords of `Typer.command`.
     """
     app = typer.Typer(add_completion=False)
     app.command(**settings)(main)
