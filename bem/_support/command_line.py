@@ -77,7 +77,9 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
     try:
         with one_sentence(name, failures=failures):
             status = app(standalone_mode=False, prog_name=program)
-    except typer.Abort:
+    except typer.Abort as abort:  # what Typer makes of `EOFError` too
+        if not isinstance(abort.__cause__, KeyboardInterrupt):
+            raise abort.__cause__ or abort from None
         status = INTERRUPTED
     except Exception as error:
         # Typer brings its own copy of click's exceptions or takes click's, depending on its version.

@@ -2,7 +2,9 @@
 
 import sys
 import tomllib
+from io import BytesIO
 
+import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
@@ -59,6 +61,16 @@ def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["study"])
     with pytest.raises(NotImplementedError):
         run_main(unwritten)
+
+
+def test_only_control_c_is_an_interruption(monkeypatch):
+    def cut() -> None:
+        np.load(BytesIO())
+
+    monkeypatch.setattr(sys, "argv", ["study"])
+    monkeypatch.setattr("bem._support.command_line.end", sys.exit)
+    with pytest.raises(EOFError, match="No data left"):
+        run_main(cut)
 
 
 CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
