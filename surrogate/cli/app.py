@@ -201,7 +201,7 @@ def train_all(
 
 @app.command()
 def evaluate(
-    name: Annotated[str, typer.Argument(help="Name of a published model, or path of a model directory.")],
+    name: Annotated[str, typer.Argument(help="Name of a published model, or folder (./NAME).")],
     dataset: DatasetOption = DATASET,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
@@ -233,7 +233,7 @@ app.command()(predict)
 
 @app.command()
 def export(
-    name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or model directory.")],
+    name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or folder (./NAME).")],
     file_format: Annotated[
         str | None, typer.Option("--format", help="onnx or keras. Default: by the name of the file.")
     ] = None,

@@ -26,7 +26,7 @@ FoundOption = Annotated[
 
 def predict(
     name: Annotated[
-        str, typer.Argument(help="fast, accurate, name of a published model, model directory, or ONNX file.")
+        str, typer.Argument(help="fast, accurate, name of a published model, folder (./NAME), or ONNX file.")
     ],
     tabor: Annotated[float | None, typer.Option(help="Tabor parameter.")] = None,
     peak_indentation: Annotated[float | None, typer.Option(help="Indentation during the dwell.")] = None,

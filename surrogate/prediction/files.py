@@ -30,7 +30,8 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
     """Return the path of the model directory or ONNX file that a name or a path stands for.
 
     Args:
-        name: Name of a published model, or path of a model directory or of an ONNX file of `surrogate export`.
+        name: Name of a published model, or path of a model directory or of an ONNX file of `surrogate export`. Text
+            without a separator is a name, whatever lies in the working directory: that folder is `./NAME`.
         root: Directory to search for names, instead of those of `model_roots`.
 
     Raises:
@@ -42,7 +43,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
     path = Path(name)
     named = str(name) == path.name and path.name not in ("", "..")
     try:
-        is_directory = (path / "run.json").is_file()
+        is_directory = (path / "run.json").is_file() and (isinstance(name, Path) or not named)
     except OSError as error:
         raise ValueError(f"Expected a model's name or path. Received: {shown(str(name))} ({error.strerror})") from error
     if is_directory:
@@ -67,8 +68,10 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             "Received: a name without a model"
         )
     if name not in names():
-        known = sorted({*names(), *trained, *BANDED})
-        raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
+        known = ", ".join(sorted({*names(), *trained, *BANDED}))
+        raise ValueError(
+            f"Unknown model name. Expected ./NAME for a folder, or one of {known}. Received: name={shown(name)}"
+        )
     raise FileNotFoundError(
         f"Expected a trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
         f"Received: a name without a model. Trained there: {', '.join(trained) or 'none'}"

@@ -30,8 +30,8 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
 
     Args:
         name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; name of a
-            published model, path of a model directory that `surrogate train` wrote, or path of an ONNX file that
-            `surrogate export` wrote.
+            published model, path of a model directory that `surrogate train` wrote (`./NAME` in the working
+            directory), or path of an ONNX file that `surrogate export` wrote.
         root: Directory that is searched for names. By default `published` of the repository, then `published` of the
             working directory, then the models packaged with an installation.
         backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be

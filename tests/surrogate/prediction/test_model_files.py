@@ -2,6 +2,8 @@
 
 import json
 import random
+import shutil
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -48,6 +50,19 @@ def test_unknown_and_untrained_names(folder):
     (folder / "scaling.json").unlink()
     with pytest.raises(FileNotFoundError, match=r"scaling\.json"):
         surrogate.load(folder)
+
+
+def test_a_name_is_no_folder(folder, tmp_path, monkeypatch):
+    shutil.copytree(folder, tmp_path / "M1-concat")
+    (tmp_path / "M1-concat" / "run.json").write_text("{}")
+    monkeypatch.chdir(tmp_path)
+    assert surrogate.load("M1-concat", root=folder.parent).name == "M1-concat"
+    for path in ("./M1-concat", Path("M1-concat")):
+        with pytest.raises(ValueError, match=NO_RUN):
+            surrogate.load(path, root=folder.parent)
+    (tmp_path / "M1-concat").rename("mine")
+    with pytest.raises(ValueError, match=r"\./NAME for a folder, or one of .*name='mine'"):
+        surrogate.load("mine", root=folder.parent)
 
 
 @pytest.mark.parametrize(
