@@ -1,5 +1,6 @@
 """No damaged or incomplete file is read as if it were whole, none leads the reader elsewhere, and shards merge."""
 
+import fcntl
 import hashlib
 import random
 import shutil
@@ -121,6 +122,13 @@ def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tm
             load_dataset(path)
     finally:
         process.communicate()
+
+
+def test_a_data_set_is_read_without_a_lock(undisturbed):
+    """As on a disk of the network without locks, where the library's own lock fails too."""
+    with undisturbed.open("rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert len(load_dataset(undisturbed).columns["index"]) == 120
 
 
 @pytest.mark.usefixtures("in_this_process")
