@@ -88,12 +88,16 @@ def load(name: str | Path) -> Entry:
     unknown = sorted(set(content) - {*TEXTS, *_OPTIONAL, *_NUMBERS})
     if unknown:
         raise ValueError(f"Expected no other keys in {path} than those of the library; received {unknown}")
+    for expected, kind, keys in (("text", str, (*TEXTS, *_OPTIONAL)), ("a table", dict, ("prony", "wlf"))):
+        for key in keys:
+            if not isinstance(content.get(key, kind()), kind):
+                raise ValueError(f"{key} must be {expected} in {path}; received {shown(content[key])}")
     relaxed = finite_number("relaxed_modulus", content["relaxed_modulus"], above=0.0)
     interval = content.get("relaxed_modulus_interval")
     wlf = content.get("wlf")
     return Entry(
         name=path.stem,
-        **{key: str(content[key]) for key in TEXTS},
+        **{key: content[key] for key in TEXTS},
         relaxed_modulus=relaxed,
         relaxed_modulus_interval=None
         if interval is None
@@ -101,7 +105,7 @@ def load(name: str | Path) -> Entry:
         poisson_ratio=finite_number("poisson_ratio", content["poisson_ratio"], low=0.0, high=0.5),
         material=_material(content.get("prony"), relaxed, path),
         wlf=None if wlf is None else tuple(finite_number(key, wlf.get(key)) for key in ("reference", "c1", "c2")),
-        notes={key: str(content[key]) for key in _OPTIONAL if key in content},
+        notes={key: content[key] for key in _OPTIONAL if key in content},
     )
 
 

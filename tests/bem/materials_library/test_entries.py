@@ -76,6 +76,9 @@ def test_a_file_of_ones_own_is_read_and_shifted(tmp_path):
         (("relaxation_times", "times"), "Expected relaxation_moduli and relaxation_times of prony"),
         (("title", "colour = 'red'\ntitle"), r"received \['colour'\]"),
         (("[wlf]", "[wlf"), "Expected a TOML file of a material"),
+        (('"A gel"', "5"), r"title must be text in .*; received 5"),
+        (("[prony]", "[[prony]]"), r"prony must be a table in .*; received \[\{"),
+        (("[wlf]", "[[wlf]]"), "wlf must be a table in"),
     ],
 )
 def test_a_file_that_is_no_material_is_one_sentence(tmp_path, change, message):
