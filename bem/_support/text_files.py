@@ -7,6 +7,7 @@ sees it; what is not, is one short `ValueError`, which the caller completes by t
 import csv
 import json
 import re
+import stat
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from itertools import accumulate
@@ -26,8 +27,10 @@ def read_text(path: str | Path, most: int = MOST_CHARACTERS) -> str:
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is no text, or longer than `most` characters.
+        ValueError: it is no regular file, such as a device, no text, or longer than `most` characters.
     """
+    if not stat.S_ISREG(Path(path).stat().st_mode):
+        raise ValueError("not a regular file")
     try:
         with Path(path).open(encoding="utf-8-sig") as file:
             text = file.read(most + 1)

@@ -133,8 +133,9 @@ def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = No
     """
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
-    if path.is_dir():
-        raise ValueError(f"Expected a CSV or an AFM file; received {path}, which is a directory")
+    if not path.is_file():
+        what = "a directory" if path.is_dir() else "not a regular file"
+        raise ValueError(f"Expected a CSV or an AFM file; received {path}, which is {what}")
     try:
         import afmformats
     except ImportError as error:

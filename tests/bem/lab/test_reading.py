@@ -131,6 +131,10 @@ def test_a_file_that_is_not_there_or_no_file(tmp_path):
     for folder in (tmp_path / "folder.csv", tmp_path):
         with pytest.raises(ValueError, match=f"{folder}, which is a directory"):
             ForceCurve.read(folder)
+    (tmp_path / "device.csv").symlink_to("/dev/null")  # or /dev/zero, which never ends
+    for device in (tmp_path / "device.csv", "/dev/null"):
+        with pytest.raises(ValueError, match=f"received {device}.*not a regular file"):
+            ForceCurve.read(device)
     for path in (None, 3, [3]):
         with pytest.raises(ValueError, match=r"path must be one of str.*received"):
             ForceCurve.read(path)
