@@ -93,6 +93,11 @@ def test_the_folder_of_a_user_is_made(mode, caches, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_the_usual_folder_is_in_the_home(caches, monkeypatch):
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert directory().startswith(f"{caches.parent}/home/.cache/contact-trajectories/kernels-")
+
+
 @pytest.mark.parametrize("part", ["", "contact-trajectories", "contact-trajectories/NAME"])
 @pytest.mark.parametrize("mode", [0o777, 0o775, 0o1777])
 def test_folders_of_many_writers_are_refused(part, mode, caches, capsys):
