@@ -229,15 +229,21 @@ measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but tho
 ##@ Development
 
 TEST_WORKERS ?= 2
-test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, types, fast tests
+test: lint  ## Everything continuous integration runs: lint, format, types, fast tests
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 --dist loadfile
 test-slow: setup  ## Run the long tests
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 -m slow
-test-newest-keras: .venv-newest/.installed  ## Test the architectures with the newest Keras under PyTorch, in .venv-newest (2 GB)
-	KERAS_BACKEND=torch .venv-newest/bin/python -m pytest tests/surrogate/architectures
-.venv-newest/.installed: requirements-newest.txt | $(INSTALLED)
-	@tools/setup.sh $(@D) $<
+test-torch: .torch/.installed  ## Test architectures and training under PyTorch, which goes into .torch (2 GB)
+	PYTHONPATH=.torch KERAS_BACKEND=torch $(PY) -m pytest tests/surrogate/architectures
+	PYTHONPATH=.torch $(PY) -m pytest tests/surrogate/training/test_other_backends.py -k torch
+# PyTorch has no hash: its builds for processors and for graphics cards share one version.
+.torch/.installed: | $(INSTALLED)
+	$(PY) -m pip install --quiet --upgrade --target $(@D) torch==2.13.0
 	@touch $@
+test-minima: setup  ## Test quickly with the lowest versions that pyproject.toml allows, in .venv-minima (2 GB)
+	$(VENV)/bin/uv venv --quiet --clear --python $(PY) .venv-minima
+	$(VENV)/bin/uv pip install --quiet --python .venv-minima --resolution lowest-direct $(GROUPS) --requirement pyproject.toml
+	NUMBA_CACHE_DIR=.venv-minima/kernels .venv-minima/bin/python -m pytest $(MINIMA_TESTS)
 golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
 	$(PY) -m tests.bem.solver.golden_trajectories
 lint: setup  ## Check style, and the types of the public interface
@@ -247,10 +253,12 @@ lint: setup  ## Check style, and the types of the public interface
 format: setup  ## Format the code
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
-check-lock: setup  ## Fail if a lock file does not match pyproject.toml
-	$(PY) tools/lock.py check
-lock:  ## Resolve pyproject.toml again into all lock files (needs the network)
-	$(PY) tools/lock.py resolve
+# Without `peers`, which pin what they need; setuptools installs this package without the network.
+GROUPS := $(addprefix --extra ,train cluster lab tables dev)
+LOCK = $(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --output-file
+lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
+	$(LOCK) requirements.lock $(GROUPS) pyproject.toml
+	echo 'setuptools>=77' | $(LOCK) requirements-small.lock --no-annotate --extra tables --constraint requirements.lock pyproject.toml -
 clean:  ## Remove caches and build files; never results/, published/ or .venv
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune -o -type d -name __pycache__ -exec rm -rf {} +
@@ -289,7 +297,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 
 .PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
-	from-scratch paper-from-scratch smoke measurements test test-slow test-newest-keras golden-trajectories lint format check-lock lock \
+	from-scratch paper-from-scratch smoke measurements test test-slow test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
 help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk paper_figures/captions.toml Makefile

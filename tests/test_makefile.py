@@ -37,7 +37,7 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
-        test-slow test-newest-keras lint format golden-trajectories check-lock lock clean docs docs-numbers
+        test-slow test-torch test-minima lint format golden-trajectories lock clean docs docs-numbers
         readme-pictures demo demo-build test-demo demo-curves demo-models help help-all"""
     assert targets - captions().keys() == set(wanted.split())
 

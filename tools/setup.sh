@@ -1,16 +1,8 @@
 #!/bin/bash
 # Create an environment from a lock file, install this package in it and compile the solver, for `make setup`.
-# Usage: tools/setup.sh VENV LOCK, where LOCK is requirements.lock, or requirements-small.lock, which any newer Python takes too,
-# or requirements-newest.txt, for the tests with the newest Keras beside the other environment.
+# Usage: tools/setup.sh VENV LOCK, where LOCK is requirements.lock, or requirements-small.lock, which any newer Python takes too.
 set -euo pipefail
 venv=$1 lock=$2
-if [ "$lock" = requirements-newest.txt ]; then
-    .venv/bin/python -m venv --clear "$venv"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes --requirement "$lock"
-    # PyTorch has no hash here: its builds for processors and for graphics cards share one version.
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check torch==2.13.0
-    exit
-fi
 case $lock in
 requirements.lock) name=setup which="3.12" below="(3, 13)" size="3 GB on disk, 3 to 10" pythons="python3.11 python3.12 python3" ;;
 *) name=setup-small which=newer below="(4,)" size="1 GB on disk, 1 to 3" pythons="python3 python3.14 python3.13 python3.12 python3.11" ;;
@@ -29,7 +21,12 @@ fi
 echo "Installing the locked packages into $venv: about $size minutes with a fast network"
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 "$venv/bin/python" -m pip install --disable-pip-version-check --require-hashes --requirement "$lock"
-"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+extras=$([ $name = setup ] && echo train,cluster,lab,tables,dev || echo tables)
+# Without an index: this fails if the lock file does not hold what pyproject.toml asks for.
+"$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-index --no-build-isolation --editable ".[$extras]" || {
+    echo "$lock does not hold what pyproject.toml asks for; run make lock" >&2
+    exit 1
+}
 echo "Compiling the solver for this processor: about 100 seconds of one core"
 "$venv/bin/bem" compile
 "$venv/bin/python" -c "import bem; bem.Contact(bem.Scene(1.0)).advance(0.1, indentation=-1.0)"  # and what steps alone need
