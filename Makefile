@@ -243,7 +243,10 @@ test-torch: .torch/.installed  ## Test architectures and training under PyTorch,
 test-minima: setup  ## Test quickly with the lowest versions that pyproject.toml allows, in .venv-minima (2 GB)
 	$(VENV)/bin/uv venv --quiet --clear --python $(PY) .venv-minima
 	$(VENV)/bin/uv pip install --quiet --python .venv-minima --resolution lowest-direct $(GROUPS) --requirement pyproject.toml
-	NUMBA_CACHE_DIR=.venv-minima/kernels .venv-minima/bin/python -m pytest $(MINIMA_TESTS)
+	.venv-minima/bin/python -m bem simulate --help > /dev/null
+	.venv-minima/bin/python -m surrogate predict fast --tabor 1 --peak-indentation 10 --loading-rate 10 --dwell-time 0.1 --unloading-rate 10
+	NUMBA_CACHE_DIR=.venv-minima/kernels .venv-minima/bin/python -m pytest tests/bem/solver/test_version.py tests/bem/test_trajectory.py \
+		tests/bem/lab/test_units.py tests/bem/lab/test_reading.py tests/surrogate/data tests/surrogate/architectures/test_registry.py
 golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
 	$(PY) -m tests.bem.solver.golden_trajectories
 lint: setup  ## Check style, and the types of the public interface
