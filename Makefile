@@ -233,7 +233,7 @@ test: lint  ## Everything continuous integration runs: lint, format, types, fast
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 --dist loadfile
 test-slow: setup  ## Run the long tests
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 -m slow
-test-torch: .torch/.installed  ## Test architectures and training under PyTorch, which goes into .torch (2 GB)
+test-torch: .torch/.installed  ## Test architectures and training under PyTorch, which goes into .torch (1 GB, or more with code for graphics cards)
 	PYTHONPATH=.torch KERAS_BACKEND=torch $(PY) -m pytest tests/surrogate/architectures
 	PYTHONPATH=.torch $(PY) -m pytest tests/surrogate/training/test_other_backends.py -k torch
 # PyTorch has no hash: its builds for processors and for graphics cards share one version.
