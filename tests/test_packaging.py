@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from surrogate.prediction.files import BANDED_FILES as FILES
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.files import PUBLISHED_BANDED as PRETRAINED
 from tests.processes import ROOT, python
 
+FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
 
 

@@ -27,7 +27,6 @@ from experiments.measurements.cases import regions
 from experiments.paper.error_statistics import read_errors
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows
-from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
 TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
@@ -124,15 +123,12 @@ def main(
     dataset = load_dataset(path)
     cards = {published: data_card(path, dataset)}
     cards |= {run.parent: model_card(run.parent, dataset) for run in sorted((published / "models").glob("*/run.json"))}
-    pretrained = [run.parent for run in sorted((published / "pretrained").glob("*/run.json"))]
-    for folder in pretrained:
+    for folder in (run.parent for run in sorted((published / "pretrained").glob("*/run.json"))):
         measured = json.loads((published / "measurements" / "errors_by_place.json").read_text(encoding="utf-8"))
         cards[folder] = pretrained_card(folder, measured)
     write_whole(published / METADATA, json.dumps(croissant(path, dataset), indent=1) + "\n")
     for folder, text in cards.items():
         write_whole(folder / CARD, text)
-    for folder in pretrained:
-        seal_folder(folder)
     typer.echo(f"{len(cards) + 1} files written: {METADATA}, and {CARD} of the data set and of each model")
 
 

@@ -19,7 +19,7 @@ from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
-from surrogate.prediction.files import BANDED, find_model, model_roots
+from surrogate.prediction.files import BANDED, find_model, model_roots, read_run, write_run
 from surrogate.training.model_directory import model_name, publish, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, run_queue, stop_request
 from surrogate.training.recipe import Recipe
@@ -288,6 +288,8 @@ def export(
                 content = folder_content(folder)
             with outputs.write(written) as part:
                 part.write_bytes(content)
+    if written.absolute() == (folder / "model.onnx").absolute() and folder.name not in BANDED:
+        write_run(folder, read_run(folder)[0])
     typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
 
 

@@ -113,7 +113,7 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
         name: Name of the model.
 
     Returns:
-        The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
+        The bytes, without a checksum of their own.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
     given = graph.named("inputs").turned(1, 0, 2)

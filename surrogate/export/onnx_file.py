@@ -1,9 +1,8 @@
 """Format of the package's ONNX files: versions, name, metadata, inputs, output, and checksums.
 
-The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. Other entries, those of
-`BESIDE`, are the sums of the files in the same folder. They detect damage and changes by other programs, not forgery.
-An ONNX file is a protocol buffer, to which entries may be appended; other programs read the checksum as one more entry
-of the metadata.
+The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. It detects damage and
+changes by other programs, not forgery. An ONNX file is a protocol buffer, to which entries may be appended; other
+programs read the checksum as one more entry of the metadata.
 """
 
 from __future__ import annotations
@@ -11,8 +10,6 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from bem._support.outputs import write_whole
 
 if TYPE_CHECKING:
     import onnx
@@ -26,16 +23,6 @@ ONNX_FORMAT_VERSION = 1
 ONNX_NAME = "model.onnx"
 PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
 """Format of the files of `surrogate.prediction.bands_graph.banded_content`, which other programs run."""
-
-BESIDE = {
-    "weights_sha256": "model.weights.h5",
-    "scaling_sha256": "scaling.json",
-    "bands_sha256": "bands.npz",
-    "run_sha256": "run.json",
-    "history_sha256": "history.csv",
-    "card_sha256": "README.md",
-}
-"""Entry of the metadata for the SHA-256 sum of a file beside the ONNX file, and the name of that file."""
 
 KEY = b"content_sha256"
 _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
@@ -63,16 +50,6 @@ def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
     options.log_severity_level = 4
     return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
-
-
-def seal_folder(folder: Path) -> None:
-    """Record the sums of the files in a folder in the metadata of its ONNX file, in place of what was there."""
-    import onnx
-
-    model = onnx.load(folder / ONNX_NAME)
-    sums = {key: sha256(folder / name) for key, name in BESIDE.items() if (folder / name).is_file()}
-    onnx.helper.set_model_props(model, sums)
-    write_whole(folder / ONNX_NAME, sealed(model.SerializeToString(deterministic=True)))
 
 
 def sha256(path: Path) -> str:

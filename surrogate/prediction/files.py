@@ -6,9 +6,12 @@ then among the models packaged with an installation; `fast` and `accurate` in `p
 
 from __future__ import annotations
 
+import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
+from bem._support.outputs import write_whole
 from bem._support.text_files import read_json
 from bem._support.wording import shown
 from surrogate.architectures.naming import names
@@ -16,10 +19,10 @@ from surrogate.data.scaling import Scaling
 from surrogate.export.onnx_file import ONNX_NAME, sha256
 
 WEIGHTS = "model.weights.h5"
+SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz")
+"""Files whose SHA-256 sums are in `run.json`, in the entry `sha256`, with that of all else in `run.json`."""
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""
-BANDED_FILES = (ONNX_NAME, "scaling.json", "bands.npz", "run.json")
-"""What a folder of such a model must hold."""
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "models"
 PUBLISHED_BANDED = PUBLISHED.with_name("pretrained")
@@ -108,27 +111,54 @@ def weights_sha256(folder: Path) -> str:
     return sha256(folder / WEIGHTS)
 
 
+def write_run(folder: Path, run: dict[str, Any]) -> None:
+    """Write `run.json` of a model directory, with the SHA-256 sums of the files that are read with it."""
+    sums = {name: sha256(folder / name) for name in SUMMED if (folder / name).is_file()}
+    content = run | {"sha256": sums}
+    content["sha256"] = sums | {"run.json": _sum_of(content)}
+    write_whole(folder / "run.json", json.dumps(content, indent=1) + "\n")
+
+
+def read_intact(path: Path, run: dict[str, Any]) -> bytes:
+    """Return the content of a file of a model directory, which must have the sum in `run.json`.
+
+    Raises:
+        FileNotFoundError: the file is missing.
+        ValueError: the file is damaged, or belongs to another model.
+    """
+    content = existing(path).read_bytes()
+    if hashlib.sha256(content).hexdigest() != run["sha256"].get(path.name):
+        raise _damage(path)
+    return content
+
+
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
     """Return the content of `run.json` of a model directory, and its scaling.
 
     Raises:
         FileNotFoundError: a file is missing.
-        ValueError: a file is damaged, or the scaling is of another data set or feature set than `run.json`.
+        ValueError: a file is damaged, or `run.json` has no sums.
     """
-    run_path = existing(folder / "run.json")
-    scaling = Scaling.load(existing(folder / "scaling.json"))
+    path = existing(folder / "run.json")
     try:
-        run = read_json(run_path)
-        texts = [run[name] for name in ("dataset_sha256", "features", "name", "architecture")]
-        if not all(isinstance(value, str) for value in texts):
-            raise TypeError("expected texts")
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"Expected a run.json that `surrogate train` wrote. Received: {run_path}") from error
-    dataset, features, *_ = texts
-    if scaling.dataset_sha256 != dataset or scaling.features != features:
-        raise ValueError(
-            f"Expected the scaling of data set {dataset[:12]} with features {shown(features)}. "
-            f"Received: {folder / 'scaling.json'} of data set {scaling.dataset_sha256[:12]} "
-            f"with features {scaling.features}"
-        )
-    return run, scaling
+        run = read_json(path)
+        intact = run["sha256"].pop("run.json") == _sum_of(run)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise _damage(path) from error
+    if not intact:
+        raise _damage(path)
+    scaling = folder / "scaling.json"
+    return run, Scaling.from_json(read_intact(scaling, run).decode(), scaling)
+
+
+def _sum_of(run: dict[str, Any]) -> str:
+    """Return the SHA-256 sum of the content of `run.json`, but for this sum itself."""
+    return hashlib.sha256(json.dumps(run, sort_keys=True).encode()).hexdigest()
+
+
+def _damage(path: Path) -> ValueError:
+    return ValueError(
+        f"Expected a model directory whose files have the SHA-256 sums in run.json; get {path.parent} again "
+        f"(`git restore`, or another installation), or train the model again. Received: {path}, which is damaged or "
+        "another file"
+    )

@@ -1,22 +1,22 @@
 """From the name or the path of a trained model to the predictor, by way of the checks of its files.
 
-Every ONNX file has a checksum and those of files beside it (`surrogate.export.onnx_file`), which are checked first.
+Every file of a model directory has a checksum in `run.json`, which is compared first (`surrogate.prediction.files`); an
+ONNX file of `surrogate export` has its own (`surrogate.export.onnx_file`).
 """
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from bem._support.text_files import read_json
 from bem._support.validation import whole_number
 from bem._support.wording import shortened, shown
 from surrogate.data.scaling import Scaling
 from surrogate.export import onnx_file
 from surrogate.prediction.bands import Bands
-from surrogate.prediction.files import BANDED, BANDED_FILES, WEIGHTS, existing, find_model, read_run
+from surrogate.prediction.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
 from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
 
@@ -46,8 +46,8 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     Raises:
         FileNotFoundError: the model directory or one of its files does not exist.
         ModuleNotFoundError: Keras is not installed, and the backend is `"keras"`.
-        ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
-            finite, or the ONNX file was exported from other weights or with another scaling.
+        ValueError: the name or the backend is unknown, a file is damaged or of another model, or the weights do not fit
+            the model or are not finite.
     """
     if backend not in BACKENDS:
         raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
@@ -67,32 +67,12 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
         FileNotFoundError: a file is missing.
         ValueError: a file is damaged.
     """
-    for name in BANDED_FILES:
-        existing(folder / name)
-    path = folder / onnx_file.ONNX_NAME
-    remedy = f"get {folder} again (`git restore`, or another installation), or train it by `make pretrained`"
-    content, session, sums = _read_sealed(path, threads, "a network of `make pretrained`", remedy)
-    _require_beside(path, sums, remedy)
-    try:
-        if missing := [name for key, name in onnx_file.BESIDE.items() if name in BANDED_FILES and key not in sums]:
-            raise ValueError(f"no sum of {', '.join(missing)}")
-        scaling, run = Scaling.load(folder / "scaling.json"), read_json(folder / "run.json")
-        network = OnnxNetwork(content, scaling, folder.name, threads, session)
-        if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
-            raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
-        loading, dwell, unloading = map(int, run["counts"])
-        if (steps := run.get("steps")) is not None:  # without this entry, a network reads all of them
-            network.steps = [whole_number("steps", one, low=0, high=loading + dwell + unloading - 1) for one in steps]
-        with np.load(folder / "bands.npz") as arrays:
-            bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
-        if bands.shape.shape[1] != loading + dwell + unloading:
-            raise ValueError(f"bands of {bands.shape.shape[1]} steps")
-    except Exception as error:  # of a sealed folder that another program wrote; the libraries raise many kinds
-        raise ValueError(
-            f"Expected a folder of `make pretrained`; {remedy}. Received: {path}, whose folder has "
-            f"other files ({shortened(str(error))})"
-        ) from error
-    return Surrogate(network, steps="physical", counts=(loading, dwell, unloading), bands=bands)
+    run, scaling = read_run(folder)
+    network = OnnxNetwork(read_intact(folder / onnx_file.ONNX_NAME, run), scaling, folder.name, threads)
+    network.steps = run.get("steps", network.steps)
+    with np.load(io.BytesIO(read_intact(folder / "bands.npz", run))) as arrays:
+        bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
+    return Surrogate(network, steps="physical", counts=tuple(run["counts"]), bands=bands)
 
 
 def _network(place: Path, backend: str, threads: int) -> Network:
@@ -100,37 +80,35 @@ def _network(place: Path, backend: str, threads: int) -> Network:
     if place.is_file():
         if backend != "onnx":
             raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
-        return _exported(place, threads)[0]
+        return _exported(place, threads)
     run, scaling = read_run(place)
-    path, found = place / onnx_file.ONNX_NAME, None
-    try:
-        found, sums = _exported(path, threads) if path.is_file() else (None, {})
-    except ValueError:
-        # A damaged or outdated file says nothing about the other files.
-        if backend == "onnx":
-            raise
-    if found is not None:
-        again = f"export it again with `surrogate export {shortened(found.name)}`"
-        _require_beside(path, sums, again)
-        if found.scaling != scaling:
-            raise ValueError(
-                f"Expected the scaling that {path} was exported with; {again}, or restore scaling.json. "
-                "Received: another scaling in scaling.json"
-            )
     if backend == "keras":
         return keras_network(place, run, scaling)
-    if found is None:
+    path = place / onnx_file.ONNX_NAME
+    if not path.is_file():
         existing(place / WEIGHTS)
         raise FileNotFoundError(
             f"Expected {path.name} in {place}; write it with `surrogate export {place}`, or choose the backend keras. "
             "Received: no such file"
         )
-    return found
+    return OnnxNetwork(read_intact(path, run), scaling, run["name"], threads)
 
 
-def _exported(path: Path, threads: int) -> tuple[OnnxNetwork, dict[str, str]]:
-    """Return an ONNX file of `surrogate export`, and its metadata."""
-    content, session, metadata = _read_sealed(path, threads, EXPORTED, "export it again")
+def _exported(path: Path, threads: int) -> OnnxNetwork:
+    """Return an ONNX file of `surrogate export`, which states its own checksum."""
+    if not path.is_file():
+        where = "is a directory" if path.is_dir() else "does not exist"
+        raise FileNotFoundError(f"Expected {EXPORTED}. Received: {path}, which {where}")
+    content = path.read_bytes()
+    if not onnx_file.is_intact(content):
+        words = "which is not one, is damaged, or is of an earlier version; export it again"
+        raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}")
+    try:
+        session = onnx_file.session_of(content, threads)
+        metadata = dict(session.get_modelmeta().custom_metadata_map)
+    # ONNX Runtime's exceptions share no base class of their own.
+    except Exception as error:
+        raise ValueError(f"Expected {EXPORTED}. Received: {path}, which ONNX Runtime cannot read") from error
     found, version = metadata.get("format"), metadata.get("format_version")
     words, cause = "", None
     if found == onnx_file.PRETRAINED_FORMAT:
@@ -143,34 +121,7 @@ def _exported(path: Path, threads: int) -> tuple[OnnxNetwork, dict[str, str]]:
     else:
         try:
             scaling = Scaling.from_json(metadata["scaling"], source=path)
-            return OnnxNetwork(content, scaling, metadata["name"], threads, session), metadata
+            return OnnxNetwork(content, scaling, metadata["name"], threads, session)
         except (KeyError, ValueError) as error:
             words, cause = "which another program wrote", error
     raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause
-
-
-def _read_sealed(path: Path, threads: int, expected: str, remedy: str) -> tuple[bytes, Any, dict[str, str]]:
-    """Return the content of a file with a checksum, its session and its metadata; messages have the words."""
-    if not path.is_file():
-        where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected {expected}. Received: {path}, which {where}")
-    content = path.read_bytes()
-    if not onnx_file.is_intact(content):
-        words = f"which is not one, is damaged, or is of an earlier version; {remedy}"
-        raise ValueError(f"Expected {expected}. Received: {path}, {words}")
-    try:
-        session = onnx_file.session_of(content, threads)
-        return content, session, dict(session.get_modelmeta().custom_metadata_map)
-    # ONNX Runtime's exceptions share no base class of their own.
-    except Exception as error:
-        raise ValueError(f"Expected {expected}. Received: {path}, which ONNX Runtime cannot read") from error
-
-
-def _require_beside(path: Path, metadata: dict[str, str], remedy: str) -> None:
-    """Check the files beside an ONNX file against the sums in its metadata; a file that is missing is not checked."""
-    for key, beside in ((key, path.with_name(name)) for key, name in onnx_file.BESIDE.items() if key in metadata):
-        if beside.is_file() and onnx_file.sha256(beside) != metadata[key]:
-            raise ValueError(
-                f"Expected the {beside.name} that {path} was written with; restore it, or {remedy}. "
-                f"Received: {beside}, which is damaged or another file"
-            )

@@ -20,7 +20,7 @@ from surrogate.architectures.registry import require_source
 from surrogate.data.features import channels
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx_file import session_of
-from surrogate.prediction.files import existing
+from surrogate.prediction.files import WEIGHTS, read_intact
 
 if TYPE_CHECKING:
     import keras
@@ -156,18 +156,19 @@ class KerasNetwork(Network):
 
 
 def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:
-    """Return the Keras model of a model directory, with its weights, from the content of `run.json` and `scaling.json`.
+    """Return the Keras model of a model directory, with its weights, from what `read_run` returns.
 
     Raises:
         FileNotFoundError: the weights file is missing.
         ModuleNotFoundError: Keras is not installed.
-        ValueError: the weights do not fit, or the architecture is not the registered one of the training.
+        ValueError: the weights are damaged or do not fit, or the architecture is not the registered one.
     """
     if importlib.util.find_spec("keras") is None:
         raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
     require_source(run)
     model = build(run["architecture"], features=run["features"])
-    load_weights(model, existing(folder / "model.weights.h5"))
+    read_intact(folder / WEIGHTS, run)
+    load_weights(model, folder / WEIGHTS)
     return KerasNetwork(model, scaling, run["name"])
 
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import shlex
 import shutil
 from collections.abc import Mapping, Sequence
@@ -40,9 +39,9 @@ from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import Part, joined_examples, physical_channels, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
-from surrogate.export.onnx_file import ONNX_NAME, seal_folder, sha256
+from surrogate.export.onnx_file import ONNX_NAME, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
-from surrogate.prediction.files import PUBLISHED_BANDED
+from surrogate.prediction.files import PUBLISHED_BANDED, read_intact, read_run, write_run
 from surrogate.prediction.loading import load_banded
 from surrogate.prediction.networks import OnnxNetwork
 from surrogate.training.fitting import fit, started
@@ -266,10 +265,9 @@ def train_model(
         }
         if all(kind == "dense" for kind, _ in networks):
             run["steps"] = telling_steps(counts)
-        (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         found = judged(mean, calibrating)
         _write_bands(target, Bands.calibrate(scaling.ranges, *found, len(calibrating[0][1])))
-        seal_folder(target)
+        write_run(target, run)
     return target
 
 
@@ -277,7 +275,7 @@ def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:
     """Take the quantiles of the cells that a data set fills, in a folder of a published model."""
     model = load_banded(folder)
     _write_bands(folder, model.bands.recalibrated(*judged(model.network, [(dataset, dataset.completed)])))
-    seal_folder(folder)
+    write_run(folder, read_run(folder)[0])
 
 
 def judged(trained: OnnxNetwork, parts: list[Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -304,8 +302,9 @@ def _write_bands(folder: Path, bands: Bands) -> None:
 
 def members_of(folder: Path) -> list[Member]:
     """Return the networks whose mean a published model is, each with its record in `run.json`."""
-    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    arrays = [numpy_helper.to_array(one) for one in onnx.load(folder / ONNX_NAME).graph.initializer]
+    run, _ = read_run(folder)
+    graph = onnx.load_from_string(read_intact(folder / ONNX_NAME, run)).graph
+    arrays = [numpy_helper.to_array(one) for one in graph.initializer]
     arrays, weights, found = [one for one in arrays if one.dtype == np.float32 and one.ndim], [], []
     while arrays:
         if arrays[0].ndim == 3:  # an LSTM

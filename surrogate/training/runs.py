@@ -30,7 +30,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx import file_content
 from surrogate.export.onnx_file import ONNX_NAME
-from surrogate.prediction.files import read_run, weights_sha256
+from surrogate.prediction.files import read_run, weights_sha256, write_run
 from surrogate.prediction.networks import KerasNetwork, OnnxNetwork, keras_network
 from surrogate.prediction.predictor import Surrogate
 from surrogate.training.fitting import fit, started
@@ -104,6 +104,7 @@ def execute(
             except NotExportableError as error:
                 (folder / "model" / ONNX_NAME).unlink(missing_ok=True)
                 log(f"{run.name}: no {ONNX_NAME} is written, so the model predicts with backend='keras' only. {error}")
+            write_run(folder / "model", read_run(folder / "model")[0])
     return progress
 
 
@@ -142,8 +143,8 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
         **({"architecture_file": asdict(source)} if source else {}),
     }
-    for name, written in {"metrics": metrics, "run": content}.items():
-        (target / f"{name}.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+    (target / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n", encoding="utf-8")
+    write_run(target, content)
 
 
 def folder_content(folder: Path) -> bytes:

@@ -1,10 +1,8 @@
 """The cards and the metadata beside the published files are those that `make cards` writes."""
 
-import hashlib
 import json
 import shutil
 
-import onnx
 import pytest
 
 from paper_figures.report import cards
@@ -40,12 +38,6 @@ def test_a_published_card_is_of_the_published_files(name, written):
 def test_only_the_card_of_a_model_that_learned_from_more_than_the_published_data_says_so(written):
     more = ["another data set" in (written / folder / "README.md").read_text() for folder in FOLDERS]
     assert more == [False, True, False]
-
-
-def test_a_pretrained_model_records_the_sum_of_its_card(written):
-    model = written / "pretrained" / "fast"
-    recorded = {entry.key: entry.value for entry in onnx.load(model / "model.onnx").metadata_props}
-    assert recorded["card_sha256"] == hashlib.sha256((model / "README.md").read_bytes()).hexdigest()
 
 
 def test_the_metadata_are_valid_croissant(written):

@@ -1,6 +1,5 @@
 """What tests of predictions share: protocols, measured histories of them, how a mistake must end, untrained models."""
 
-import json
 import re
 import shutil
 
@@ -12,8 +11,8 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import PHYSICAL
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
-from surrogate.export.onnx_file import seal_folder
 from surrogate.prediction.bands import Bands
+from surrogate.prediction.files import write_run
 from surrogate.prediction.loading import load_banded
 
 PROTOCOL = {"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
@@ -71,14 +70,13 @@ def made(tmp_path_factory):
     keras.utils.set_random_seed(0)
     (folder / "model.onnx").write_bytes(network_content([network("LSTM", (4,), PHYSICAL)], "F", "fast"))
     Scaling("F", (0.0,) * 12, (1.0,) * 12, (0.7, 0.3), (1.5, 1.0), RANGES).save(folder / "scaling.json")
-    (folder / "run.json").write_text(json.dumps({"counts": [22, 8, 72]}))
     rng = np.random.default_rng(0)
     errors = np.exp(rng.normal(size=(4000, 105)) - 4.0)
     known = np.exp(rng.uniform(*np.log([*RANGES.values(), (1e-4, 0.5)]).T, (4000, 7)))
     bands = Bands.calibrate(RANGES, known, errors[:, :3].T, errors[:, 3:], 2000)
     bands.quantiles[:, :64] = bands.quantiles[:, 64:65]  # of corners in which nothing was drawn
     np.savez(folder / "bands.npz", **bands.as_arrays())
-    seal_folder(folder)
+    write_run(folder, {"counts": [22, 8, 72]})
     return folder
 
 
