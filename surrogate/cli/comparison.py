@@ -69,7 +69,7 @@ def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
         f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
     )
     if not found.completed:
-        return f"trajectory {number}: {found.status}{band}"
+        return f"trajectory {number}: {found.status}"
     if found.work() < 0.0:
         line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
     if not found.detached:

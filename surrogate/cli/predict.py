@@ -92,8 +92,15 @@ def predict(
             )
         ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = along(model, table, ratio) if table.is_history else of_protocols(model, table, ratio, coverage)
+        refused = [(number, one.found.status) for number, one in enumerate(answers) if not one.found.completed]
+        if refused and len(answers) == 1:
+            typer.echo(f"surrogate: {refused[0][1]}", err=True)
+            raise typer.Exit(1)
+        for number, words in refused[:1]:
+            typer.echo(f"warning: {len(refused)} of {len(answers)} trajectories are NaN; {number}: {words}", err=True)
         quiet = out is not None and len(answers) > 1
-        outside = [(number, words) for number, one in enumerate(answers) for words in one.found.extrapolated]
+        warned = [(number, one.found) for number, one in enumerate(answers) if one.found.completed]
+        outside = [(number, words) for number, found in warned for words in found.extrapolated]
         beyond = len({number for number, _ in outside})
         for number, words in outside[:1] if quiet else outside:
             more = f"{beyond} of {len(answers)} trajectories extrapolate; " if quiet else ""
@@ -115,15 +122,15 @@ def predict(
                 plot_predictions(part, [one.found for one in answers], simulated, title)
     if as_json:
         typer.echo(to_json(answers))
-        return
-    if quiet:
-        typer.echo(f"{len(answers)} trajectories are predicted; {out} holds them")
-        return
-    for number, one in enumerate(answers):
+    elif quiet:
+        typer.echo(f"{len(answers) - len(refused)} trajectories are predicted; {out} holds them")
+    for number, one in enumerate(() if as_json or quiet else answers):
         typer.echo(readable(number, one.found, one.check))
         if fitted := getattr(one.written, "fitted", None):
             points = len(one.written.time)
             typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
+    if refused:
+        raise typer.Exit(1)
 
 
 def _solver_material(model: Surrogate, table: Table, asked: float | None, *, check: bool) -> float:

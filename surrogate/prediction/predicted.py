@@ -47,7 +47,8 @@ class PredictedTrajectory(Trajectory):
 
     Of a model with bands, pull-off force and time are those of a parabola through the highest step of the unloading and
     its neighbours, and the hysteresis is that of monotone cubics through the steps. Outside the ranges of the training,
-    which `extrapolated` names, every band is infinite. Without bands, intervals and bands are `None`.
+    which `extrapolated` names, every band is infinite; outside their margin all results and bands are NaN. Without
+    bands, intervals and bands are `None`.
     """
 
     extrapolated: tuple[str, ...] = ()
@@ -62,12 +63,12 @@ class PredictedTrajectory(Trajectory):
     @property
     def pull_off_force(self) -> float:
         """Largest force while unloading, tension positive."""
-        return super().pull_off_force if self.doubt is None else float(self.doubt.readings[0])
+        return super().pull_off_force if self.doubt is None or not self.completed else float(self.doubt.readings[0])
 
     @property
     def pull_off_time(self) -> float:
         """Time of the pull-off force."""
-        return super().pull_off_time if self.doubt is None else float(self.doubt.readings[1])
+        return super().pull_off_time if self.doubt is None or not self.completed else float(self.doubt.readings[1])
 
     @property
     def coverage(self) -> float | None:
@@ -93,6 +94,8 @@ class PredictedTrajectory(Trajectory):
     def _interval(self, row: int, end: Callable[[float], float]) -> tuple[float, float] | None:
         if self.doubt is None:
             return None
+        if not self.completed:
+            return (np.nan, np.nan)
         width = self.doubt.half_widths[row]
         return (-np.inf, np.inf) if self.extrapolated else (float(end(-width)), float(end(width)))
 
@@ -120,7 +123,7 @@ class PredictedTrajectory(Trajectory):
         if self.doubt is None:
             return None
         if self.extrapolated:
-            return np.full(len(self.force), sign * np.inf)
+            return np.full(len(self.force), sign * np.inf if self.completed else np.nan)
         scaling, width = self.doubt.scaling, self.doubt.half_widths[len(INTERVALS) + row] * self.doubt.shape
         return scaling.unscale_force(scaling.scale_force(self.force) + sign * width)
 
@@ -135,7 +138,7 @@ class PredictedTrajectory(Trajectory):
 
     def work(self) -> float:
         """Return the integral of -P d(delta) over the history."""
-        if self.doubt is not None:
+        if self.doubt is not None and self.completed:
             return float(self.doubt.readings[2])
         # NumPy 2.0 has `trapezoid`; its type stubs do not.
         return -float(np.trapezoid(self.force, self.indentation))  # type: ignore[attr-defined, unused-ignore]
@@ -172,6 +175,7 @@ def predicted_trajectories(
     model: str = "",
     modulus_ratios: Sequence[float | None] = (),
     doubts: Sequence[Doubt | None] = (),
+    refusals: Sequence[str] = (),
 ) -> list[PredictedTrajectory]:
     """Return the trajectories of predicted histories.
 
@@ -180,6 +184,7 @@ def predicted_trajectories(
         unloading_from: Index of the first point of unloading.
         seconds: Wall-clock time of one prediction, in seconds.
         extrapolated, modulus_ratios, doubts: Fields of `PredictedTrajectory`, one for each or none at all.
+        refusals: Why each is refused, `""` if it is not; all results of one that is are NaN.
         model: Name of the model.
 
     Returns:
@@ -187,15 +192,22 @@ def predicted_trajectories(
     """
     steps = times.shape[1]
     radius, unloading = np.full(steps, np.nan), np.arange(steps) >= unloading_from
-    finite, none = np.isfinite(force).all(axis=1).tolist(), [None] * len(force)
-    more = zip(finite, extrapolated or [()] * len(force), modulus_ratios or none, doubts or none, strict=True)
+    refusals, none = refusals or [""] * len(force), [None] * len(force)
+    if any(refusals):
+        force = np.where([[bool(reason)] for reason in refusals], np.nan, force)
+    finite = np.isfinite(force).all(axis=1).tolist()
+    statuses = [
+        reason or ("completed" if sound else "the prediction is not finite")
+        for sound, reason in zip(finite, refusals, strict=True)
+    ]
+    more = zip(statuses, extrapolated or [()] * len(force), modulus_ratios or none, doubts or none, strict=True)
     return [
         PredictedTrajectory(
             time=time,
             indentation=indentation,
             force=values,
             contact_radius=radius.copy(),
-            status="completed" if sound else "the prediction is not finite",
+            status=status,
             jumps=(),
             stats=Statistics(seconds=seconds),
             accuracy=math.nan,
@@ -205,7 +217,7 @@ def predicted_trajectories(
             modulus_ratio=ratio,
             doubt=doubt,
         )
-        for time, indentation, values, (sound, outside, ratio, doubt) in zip(
+        for time, indentation, values, (status, outside, ratio, doubt) in zip(
             times, indentations, force, more, strict=True
         )
     ]

@@ -124,11 +124,12 @@ class Surrogate:
 
         Returns:
             One trajectory, or a list of them in order if either argument is a list, with the interface of
-            `bem.Trajectory`. Its `extrapolated` lists the quantities outside the ranges of the training set.
+            `bem.Trajectory`. Its `extrapolated` lists the quantities outside the ranges of the training set. In a list,
+            what lies outside the margin too (`surrogate.prediction.validity.MARGIN`) is NaN, and its `status` says why.
 
         Raises:
-            ValueError: an argument is something else, numbers do not fit or are out of bounds, or a scene has another
-                modulus ratio than the one the model knows.
+            ValueError: an argument is something else, numbers do not fit or are out of bounds, a scene has another
+                modulus ratio than the one the model knows, or one protocol lies outside the ranges and the margin.
 
         Warns:
             ExtrapolationWarning: once, where protocols leave the ranges of the training set.
@@ -155,6 +156,7 @@ class Surrogate:
         ]
         grid = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
         outside = validity.excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
+        reasons = self._refusals(outside, len(protocols), single=single)
         if self.bands is not None:
             grid["dwell_time"] = np.maximum(grid["dwell_time"], self.scaling.ranges["dwell_time"][0])
         found: dict[int, PredictedTrajectory] = {}
@@ -177,6 +179,7 @@ class Surrogate:
                 times,
                 indentations,
                 force,
+                refusals=[reasons[row] for row in numbers],
                 unloading_from=counts[0] + dwell - 1,
                 seconds=(time.perf_counter() - clock) / len(times),
                 extrapolated=[validity.of_history(outside, row) for row in numbers] if outside else (),
@@ -189,7 +192,7 @@ class Surrogate:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
-            validity.warn_of_extrapolation(self.name, outside, where)
+            validity.warn_of_extrapolation(self.name, outside, where, reasons)
         return found[0] if single else [found[index] for index in range(len(protocols))]
 
     def predict_history(
@@ -207,12 +210,13 @@ class Surrogate:
                 default, the dwell is the longest run of constant indentation; a history without one has no marks.
 
         Returns:
-            Forces P / (pi R dgamma), tension positive, of the shape of `times`, float64.
+            Forces P / (pi R dgamma), tension positive, of the shape of `times`, float64; NaN in a batch where a
+            history lies outside the ranges and the margin.
 
         Raises:
             ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of `bem.protocol`; times
                 do not increase strictly; a mark is neither zero nor one; a model with bands is given another number of
-                points than it knows; or as for `predict`.
+                points than it knows; one history lies outside the ranges and the margin; or as for `predict`.
 
         Warns:
             ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).
@@ -224,8 +228,11 @@ class Surrogate:
                 f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
                 f"that {self.name} knows. Received: {given[0].shape[1]} points"
             )
-        validity.warn_of_extrapolation(self.name, found)
-        return self.network.force(*given).reshape(np.shape(times))
+        reasons = self._refusals(found, len(given[0]), single=np.ndim(times) == 1)
+        validity.warn_of_extrapolation(self.name, found, reasons=reasons)
+        force = self.network.force(*given)
+        force[[bool(reason) for reason in reasons]] = np.nan
+        return force.reshape(np.shape(times))
 
     def extrapolated(
         self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
@@ -265,6 +272,13 @@ class Surrogate:
         known = float(ratio[0]) if self.scaling.features in NEEDS_MATERIAL else None
         given = (self.network.content(), self.scaling)
         return Stream(*given, tabor=float(tabor[0]), modulus_ratio=known, name=self.name, ranges=self._ranges)
+
+    def _refusals(self, outside: list[validity.Excess], count: int, *, single: bool) -> list[str]:
+        """Return what `validity.refusals` says of each history; raise it of a single one."""
+        reasons = validity.refusals(outside, count, self.name)
+        if single and reasons[0]:
+            raise ValueError(reasons[0])
+        return reasons
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""

@@ -20,6 +20,7 @@ import numpy as np
 
 from bem._support.validation import real_array
 from bem._support.wording import shown
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import proportional_counts
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE, default_start_indentation
@@ -38,6 +39,12 @@ SHORTEST_STEP = 1e-24
 
 RANGE_TOLERANCE = 1e-6
 """Relative tolerance of all bounds, for rates that are computed from rounded times."""
+
+MARGIN = 0.05
+"""How far outside its range a quantity of a protocol or solid may lie, as a share of the width in its logarithm.
+
+Predictions farther outside are refused. `experiments.surrogates.outside_ranges` measures the errors there.
+"""
 
 _PHASES = ("loading_points", "dwell_points", "unloading_points")
 POINTS = dict(zip(_PHASES, zip(*(proportional_counts(total) for total in (100, 140)), strict=True), strict=True))
@@ -181,6 +188,25 @@ class Excess:
         """Return name, value and range for the history `index` as text."""
         return f"{self.name} = {self.values[index]:.6g} lies outside [{self.low[index]:.6g}, {self.high[index]:.6g}]"
 
+    @property
+    def allowed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest and largest value with the margin; any value of a quantity that is not of a protocol or solid.
+
+        No dwell is too short: the shortest of the training hardly relaxes.
+        """
+        if self.name not in (*QUANTITIES, "modulus_ratio"):
+            return np.full_like(self.low, -np.inf), np.full_like(self.high, np.inf)
+        factor = (self.high / self.low) ** MARGIN
+        low = np.zeros_like(self.low) if self.name == "dwell_time" else self.low / factor
+        high = self.high * factor
+        return low, np.minimum(high, 1.0) if self.name == "modulus_ratio" else high
+
+    @property
+    def refused(self) -> np.ndarray:
+        """Whether each value is outside the range and the margin."""
+        low, high = self.allowed
+        return (self.values < low) | (self.values > high)
+
 
 def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, float]]) -> list[Excess]:
     """Return the quantities that are outside their range.
@@ -214,6 +240,19 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
+def refusals(found: Iterable[Excess], count: int, name: str) -> list[str]:
+    """Return for each of `count` histories why the model `name` refuses it, as one sentence; `""` if it does not."""
+    reasons = [""] * count
+    for excess in found:
+        low, high = excess.allowed
+        for row in np.flatnonzero(excess.refused):
+            reasons[row] = reasons[row] or (
+                f"{excess.name} must be from {low[row]:.4g} to {high[row]:.4g} for {name}, the range of its training "
+                f"and a margin; `bem.simulate` takes others; received {excess.values[row]:.6g}"
+            )
+    return reasons
+
+
 def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
     found = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
@@ -225,17 +264,20 @@ def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any,
     return found | ranges
 
 
-def warn_of_extrapolation(name: str, found: list[Excess], where: str = "") -> None:
+def warn_of_extrapolation(name: str, found: list[Excess], where: str = "", reasons: Sequence[str] = ()) -> None:
     """Issue one `ExtrapolationWarning` for all excesses, if there are any, at the caller of the calling method.
 
     Args:
         name: Name of the model.
         found: What `excesses` returned; of each quantity, the value farthest outside is named.
         where: What lies outside, in words; by default the model.
+        reasons: What `refusals` returned.
     """
     if found:
         words = [excess.words(int(excess.beyond.argmax())) for excess in found]
         message = f"{where or f'{name} extrapolates beyond its training'}: {'; '.join(words)}. Advice: {advice(words)}"
+        if refused := list(filter(None, reasons)):
+            message = f"{len(refused)} of {len(reasons)} predictions are refused and NaN: {refused[0]}. {message}"
         warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
 

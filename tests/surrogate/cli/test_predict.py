@@ -90,12 +90,12 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
 
 
 def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
-    ratios = [0.005, 0.1, 0.004, 0.7]
+    ratios = [0.009, 0.1, 0.008, 0.7]
     (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
     code, out, err = program("predict", "fast", *words, "--check")
     assert (code, out.count("\n"), err.count("\n")) == (0, 1, 1)
-    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio = 0.005" in err
+    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio = 0.009" in err
     table = rows(tmp_path / "table.csv")
     assert [float(row["modulus_ratio"]) for row in table] == ratios
     assert [bool(row["extrapolated"]) for row in table] == [True, False, True, False]
@@ -109,21 +109,45 @@ def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
 
 
 def test_extrapolation_warns_once_per_trajectory(command):
-    code, out, err = command("predict", "M1-concat", "--tabor", 30.0, *FLAGS)
+    code, out, err = command("predict", "M1-concat", "--tabor", 3.4, *FLAGS)
     assert (code, err.count("\n")) == (0, 1)
     assert "trajectory 0: pull-off" in out
-    assert "extrapolates: tabor = 30 lies outside [" in err
+    assert "extrapolates: tabor = 3.4 lies outside [" in err
     assert "; compare with the solver before you trust" in err
 
 
 def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
-    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.005, "--out", tmp_path / "out.csv")
+    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.009, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
-    assert "trajectory 0 extrapolates: modulus_ratio = 0.005 lies outside [0.01, 1]" in err
+    assert "trajectory 0 extrapolates: modulus_ratio = 0.009 lies outside [0.01, 1]" in err
     assert "interval" not in out
     assert "no band: outside the ranges that accurate was trained on" in out
     assert not [one for one in recwarn if issubclass(one.category, ExtrapolationWarning)]
     assert {(row["force_lower"], row["force_upper"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
+
+
+@pytest.mark.parametrize("name", ["fast", "accurate", "M1-concat"])
+def test_far_outside_is_refused_with_status_1(name, program, tmp_path):
+    words = ["--tabor", 9, *FLAGS, "--out", tmp_path / "out.csv"]
+    code, out, err = program("predict", name, *words)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert err.startswith("surrogate: tabor must be from 0.1741 to 3.676 for ")
+    assert err.endswith("; received 9\n")
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_table_keeps_what_is_not_refused(program, tmp_path):
+    (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": tabor} for tabor in (1.0, 9.0, 3.4)]))
+    words = ["--in", tmp_path / "in.json", "--out", tmp_path / "out.csv", "--plot", tmp_path / "out.png"]
+    code, out, err = program("predict", "fast", *words)
+    assert (code, err.count("\n")) == (1, 2)
+    assert "warning: 1 of 3 trajectories are NaN; 1: tabor must be from" in err
+    assert "1 of 3 trajectories extrapolate; trajectory 2 extrapolates: tabor = 3.4" in err
+    assert out.startswith("2 trajectories are predicted")
+    table = rows(tmp_path / "out.csv")
+    assert [row["pull_off_force"] != "" for row in table] == [True, False, True]
+    assert table[1]["hysteresis"] == table[1]["pull_off_lower"] == ""
+    assert table[1]["status"].startswith("tabor must be from")
 
 
 def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tmp_path, monkeypatch):

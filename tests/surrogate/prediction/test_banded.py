@@ -33,7 +33,7 @@ from surrogate.prediction.files import BANDED, PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from tests.data_files import damaged
 from tests.surrogate.conftest import scenes
-from tests.surrogate.prediction.conftest import PROTOCOL, SCENE
+from tests.surrogate.prediction.conftest import PROTOCOL, RANGES, SCENE
 
 COUNTS = (22, 8, 72)
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
@@ -99,10 +99,10 @@ def test_a_batch_is_what_its_members_are(banded):
 @pytest.mark.parametrize(
     ("changes", "tabor", "ratio", "name"),
     [
-        ({"unloading_rate": 1e4}, 1.0, 0.1, "unloading_rate"),
+        ({"unloading_rate": 1500.0}, 1.0, 0.1, "unloading_rate"),
         ({"dwell_time": 0.0}, 1.0, 0.1, "dwell_time"),
-        ({}, 5.0, 0.1, "tabor"),
-        ({}, 1.0, 0.001, "modulus_ratio"),
+        ({}, 3.6, 0.1, "tabor"),
+        ({}, 1.0, 0.008, "modulus_ratio"),
         ({"start_indentation": -9.0}, 1.0, 0.1, "start_indentation"),
     ],
 )
@@ -120,6 +120,54 @@ def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded,
     assert np.isfinite(outside.pull_off_force)
     assert outside.time.size == 102  # without a dwell, with the shortest one
     assert "pull_off_interval" not in outside.summary()
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [(name, *RANGES[name]) for name in KNOWN])
+def test_beyond_the_margin_is_refused(banded, name, low, high):
+    def asked(value):
+        values = PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1, name: value}
+        return Scene(values.pop("tabor"), StandardLinearSolid(values.pop("modulus_ratio"))), LoadingProtocol(**values)
+
+    width = np.log(high / low)
+    for end, outwards in ((low, -1.0), (high, 1.0)):
+        inside, beyond = (float(end * np.exp(outwards * share * width)) for share in (0.0499, 0.0501))
+        if end == 1.0:  # no solid is beyond elastic
+            continue
+        with pytest.warns(ExtrapolationWarning, match=f"{name} = "):
+            assert np.isfinite(banded.predict(*asked(inside)).force).all()
+        if (name, end) == ("dwell_time", low):  # no dwell is too short
+            continue
+        with pytest.raises(
+            ValueError, match=rf"^{name} must be from .* for fast, .*; received {beyond:.6g}$"
+        ) as caught:
+            banded.predict(*asked(beyond))
+        assert "\n" not in str(caught.value)
+
+
+def test_in_a_batch_what_is_refused_is_nan(banded):
+    with pytest.warns(ExtrapolationWarning, match="1 of 3 predictions are refused and NaN: tabor must be") as told:
+        inside, refused, margin = banded.predict(scenes([1.0, 9.0, 3.4]), LOADING)
+    assert len(told) == 1
+    assert inside.completed
+    assert margin.completed
+    assert refused.status.startswith("tabor must be from 0.1741 to 3.676 for fast")
+    results = [refused.pull_off_force, refused.pull_off_time, refused.hysteresis, refused.work(), refused.end_force]
+    intervals = [getattr(refused, f"{name}_interval") for name in RESULTS]
+    bands = [refused.force, refused.force_lower, refused.force_upper, refused.curve_lower, refused.curve_upper]
+    assert np.isnan(np.concatenate([results, *intervals, *bands])).all()
+    assert not refused.detached
+    np.testing.assert_allclose(banded.predict(SCENE, LOADING).force, inside.force, rtol=1e-5)
+
+
+def test_a_history_beyond_the_margin_is_refused(banded):
+    found = banded.predict(SCENE, LOADING)
+    history = found.time, found.indentation
+    with pytest.raises(ValueError, match=r"^tabor must be from .*; received 9$"):
+        banded.predict_history(*history, scenes([9.0])[0])
+    with pytest.warns(ExtrapolationWarning, match="1 of 2 predictions are refused and NaN: tabor must be"):
+        force = banded.predict_history(*np.stack([history, history], axis=1), scenes([9.0, 1.0]))
+    assert np.isnan(force[0]).all()
+    np.testing.assert_allclose(force[1], found.force, rtol=1e-5)
 
 
 def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
