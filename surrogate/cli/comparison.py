@@ -21,23 +21,18 @@ class Answer:
     Args:
         scene: The scene that the solver is asked about.
         protocol: The protocol likewise.
-        written: What is written: a trajectory, or the prediction at the points of a given history.
+        found: The predicted trajectory.
         simulated: The solver's trajectory.
         check: Errors against it, and the materials of both.
-        solver_force: Its force where written.
+        solver_force: Its force at the steps of the prediction.
     """
 
     scene: Any
     protocol: Any
-    written: Any
+    found: Any
     simulated: Any = None
     check: dict[str, Any] | None = None
     solver_force: np.ndarray | None = None
-
-    @property
-    def found(self) -> Any:
-        """The trajectory at measurement steps."""
-        return getattr(self.written, "trajectory", self.written)
 
     def compare(self, model_ratio: float | None) -> None:
         """Ask the solver; `model_ratio` is the model's only modulus ratio, `None` if it knows many, or says none."""
@@ -47,7 +42,7 @@ class Answer:
         own = model_ratio if self.found.modulus_ratio is None else self.found.modulus_ratio
         ratios = {"modulus_ratio": self.scene.material.modulus_ratio, "model_modulus_ratio": own}
         self.check = solver_errors(self.found, self.simulated) | ratios
-        self.solver_force = solver_force(self.written.time, self.simulated)
+        self.solver_force = solver_force(self.found.time, self.simulated)
 
 
 def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:

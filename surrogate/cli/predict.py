@@ -35,7 +35,7 @@ def predict(
     unloading_rate: Annotated[float | None, typer.Option(help="Rate of indentation in unloading.")] = None,
     source: Annotated[
         Path | None,
-        typer.Option("--in", help="Protocols or one history, .csv or .json; see the user's guide."),
+        typer.Option("--in", help="Protocols, .csv or .json; see the user's guide."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -62,7 +62,7 @@ def predict(
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
-    """Predict the force of one protocol, of many protocols, or along an indentation history.
+    """Predict the force of one protocol or of many.
 
     The models fast and accurate take protocols on any standard linear solid, and give bands.
 
@@ -74,7 +74,7 @@ def predict(
     from bem.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
-    from surrogate.cli.predict_io import along, asked, of_protocols, to_json, write_protocols, write_trajectories
+    from surrogate.cli.predict_io import asked, of_protocols, to_json, write_protocols, write_trajectories
     from surrogate.prediction.validity import advice
 
     require_suffix(out, (".csv", ".json"))
@@ -91,7 +91,7 @@ def predict(
                 f"with {model.name}"
             )
         ratio = _solver_material(model, table, modulus_ratio, check=check)
-        answers = along(model, table, ratio) if table.is_history else of_protocols(model, table, ratio, coverage)
+        answers = of_protocols(model, table, ratio, coverage)
         refused = [(number, one.found.status) for number, one in enumerate(answers) if not one.found.completed]
         if refused and len(answers) == 1:
             typer.echo(f"surrogate: {refused[0][1]}", err=True)
@@ -110,7 +110,7 @@ def predict(
             one.compare(model.modulus_ratio)
         if out is not None:
             with outputs.write(out) as part:
-                if source is None or table.is_history or steps or out.suffix == ".json":
+                if source is None or steps or out.suffix == ".json":
                     write_trajectories(part, answers)
                 else:
                     write_protocols(part, table.columns, answers)
@@ -126,9 +126,6 @@ def predict(
         typer.echo(f"{len(answers) - len(refused)} trajectories are predicted; {out} holds them")
     for number, one in enumerate(() if as_json or quiet else answers):
         typer.echo(readable(number, one.found, one.check))
-        if fitted := getattr(one.written, "fitted", None):
-            points = len(one.written.time)
-            typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
     if refused:
         raise typer.Exit(1)
 

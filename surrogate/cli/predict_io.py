@@ -1,13 +1,7 @@
 """What `surrogate predict` is asked, its predictions, and the files of both. Units as in `bem.protocol`.
 
-Input, as CSV with a header or as JSON:
-
-- protocols: the columns `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate` and, for the pretrained
-  models, `modulus_ratio`, one protocol per row; as JSON, a list of objects.
-- one history: the columns `time, indentation` and, if known, `edge` (one at the first and the last point of the dwell)
-  and `tabor` (the same in every row); as JSON, an object of lists, in which `tabor` may be a number. The columns
-  `force`, `force_lower`, `force_upper`, `solver_force`, `modulus_ratio`, `phase` and `trajectory`, which this command
-  and the demonstrator write, are ignored, but the file must hold one trajectory only.
+Input, as CSV with a header or as a JSON list of objects, a protocol each: `tabor, peak_indentation, loading_rate,
+dwell_time, unloading_rate` and, for the pretrained models, `modulus_ratio`.
 
 Output: of protocols, CSV with a row of each: the input, the scalars, of a pretrained model the ends of its intervals,
 `pull_off_lower` to `hysteresis_upper`, and errors against the solver in columns `check_...`. Of steps, CSV with the
@@ -30,7 +24,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import typer
 
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
@@ -45,12 +38,8 @@ from surrogate.prediction.validity import ExtrapolationWarning
 if TYPE_CHECKING:
     from surrogate.prediction.predictor import Surrogate
 
-HISTORY_COLUMNS = ("time", "indentation")
-EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
-MODULUS_RATIO = "modulus_ratio"
+TRAJECTORY, MODULUS_RATIO = "trajectory", "modulus_ratio"
 BAND = ("force_lower", "force_upper")
-READ_OVER = ("force", *BAND, "solver_force", MODULUS_RATIO, "phase", TRAJECTORY)
-WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
 
 # Python's `float` also accepts texts such as 1_0, which no other program means as a number.
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -64,18 +53,11 @@ class Table:
         path: The file; that of a protocol from options has no name.
         columns: Arrays of numbers of shape `(rows,)`, or lists of unconverted cells while the file is read.
         lines: Line number of each row in a CSV file.
-        tabor: The Tabor parameter of a history, if the file has it.
     """
 
     path: Path
     columns: dict[str, Any]
     lines: tuple[int, ...] = ()
-    tabor: float | None = None
-
-    @property
-    def is_history(self) -> bool:
-        """Whether the rows are the points of one history instead of protocols."""
-        return "time" in self.columns
 
     def where(self, row: int) -> str:
         """Return the position of a row, counted from zero, as text for a message."""
@@ -106,7 +88,7 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read protocols or a history from a CSV or JSON file.
+    """Read protocols from a CSV or JSON file.
 
     Raises:
         FileNotFoundError: the file does not exist.
@@ -123,34 +105,23 @@ def read_table(path: Path) -> Table:
     except (ValueError, OSError) as error:
         raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
     read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
-    names, whole = set(read.columns), {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}
-    if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= whole:
-        found = shortened(", ".join(sorted(names)))
-        raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
+    if set(read.columns) - {MODULUS_RATIO} != {*QUANTITIES}:
+        found = shortened(", ".join(sorted(read.columns)))
+        raise ValueError(f"Expected the columns {', '.join(QUANTITIES)}. Received: {found} in {path}")
     if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
-    if read.is_history and len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
-        raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
     columns = {}
-    for name in [name for name in read.columns if not (read.is_history and name in READ_OVER)]:
-        cells = read.columns[name]
+    for name, cells in read.columns.items():
         columns[name] = values = np.array([_number(cell) for cell in cells])
         read.require("finite numbers", ~np.isfinite(values), lambda row: f"{shown(cells[row])} as {name}")  # noqa: B023
-    if not read.is_history:
-        return replace(read, columns=columns)
-    marks, tabor = columns.get(EDGE, np.zeros(1)), columns.pop(TABOR, None)
-    read.require("edge marks of zero or one", (marks != 0.0) & (marks != 1.0), lambda row: f"{marks[row]:g}")
-    if tabor is None:
-        return replace(read, columns=columns)
-    read.require("the same Tabor parameter in every row", tabor != tabor[0], lambda row: f"{float(tabor[row])!r}")
-    return replace(read, columns=columns, tabor=float(tabor[0]))
+    return replace(read, columns=columns)
 
 
 def asked(source: Path | None, options: Sequence[float | None]) -> Table:
-    """Return the protocols of a file or of the options, or the history of a file with its Tabor parameter.
+    """Return the protocols of a file or of the options.
 
     Raises:
-        ValueError: both or neither are given, or two Tabor parameters, or none for a history.
+        ValueError: both or neither are given.
     """
     given = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
     flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
@@ -158,18 +129,10 @@ def asked(source: Path | None, options: Sequence[float | None]) -> Table:
         if missing := [flags[name] for name in QUANTITIES if name not in given]:
             raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
         return Table(Path(), {name: np.array([value]) for name, value in given.items()})
-    table = read_table(source)
-    tabor = given.pop("tabor", None) if table.is_history else None
     if given:
         both = ", ".join([f"--in {source}", *(flags[name] for name in given)])
-        raise ValueError(f"Expected a history or protocols from --in FILE, or options, not both. Received: {both}")
-    if not table.is_history:
-        return table
-    if tabor is None and table.tabor is None:
-        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
-    if tabor is not None and table.tabor not in (None, tabor):
-        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {tabor!r}")
-    return replace(table, tabor=table.tabor if tabor is None else tabor)
+        raise ValueError(f"Expected protocols from --in FILE, or options, not both. Received: {both}")
+    return read_table(source)
 
 
 def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
@@ -181,23 +144,6 @@ def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float |
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
     return [Answer(*one) for one in zip(scenes, protocols, found, strict=True)]
-
-
-def along(model: Surrogate, table: Table, ratio: float) -> list[Answer]:
-    """Predict along the history of a file."""
-    from surrogate.prediction.measured import predict_measured
-
-    columns = [table.columns.get(key) for key in (*HISTORY_COLUMNS, EDGE)]
-    known = _scene(table.tabor, ratio if model.modulus_ratio is None else model.modulus_ratio)
-    found = predict_measured(model, *columns[:2], known, edge=columns[2])
-    if found.unlike:
-        typer.echo(
-            f"warning: {table.path} is not a history like those {model.name} was trained on. It is predicted "
-            f"at its own points. {found.unlike}. Cut the record to one cycle, or mark both ends of the dwell "
-            "in a column edge, and compare with the solver (--check)",
-            err=True,
-        )
-    return [Answer(_scene(table.tabor, ratio), found.protocol, found)]
 
 
 def _scene(tabor: float, modulus_ratio: float) -> Scene:
@@ -225,7 +171,7 @@ def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequenc
     """
     rows = []
     for number, answer in enumerate(answers):
-        found = answer.written
+        found = answer.found
         row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **found.summary()}
         row["extrapolated"] = "; ".join(found.extrapolated)
         if found.pull_off_interval is not None:
@@ -242,16 +188,16 @@ def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequenc
 def to_json(answers: Sequence[Answer]) -> str:
     """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null."""
     content = [
-        answer.written.summary() | _arrays(answer) | ({"check": answer.check} if answer.check else {})
+        answer.found.summary() | _arrays(answer) | ({"check": answer.check} if answer.check else {})
         for answer in answers
     ]
     return json.dumps(plain(content))
 
 
 def _arrays(answer: Answer) -> dict[str, np.ndarray]:
-    """Return the arrays of a trajectory by name: history, band if it has one, and the solver's force if asked."""
-    band = BAND if getattr(answer.written, BAND[0], None) is not None else ()
-    found = {name: getattr(answer.written, name) for name in (*HISTORY_COLUMNS, "force", *band)}
+    """Return the arrays of a trajectory by name: its steps, its band if it has one, and the solver's force if asked."""
+    band = BAND if getattr(answer.found, BAND[0], None) is not None else ()
+    found = {name: getattr(answer.found, name) for name in ("time", "indentation", "force", *band)}
     return found if answer.solver_force is None else found | {"solver_force": answer.solver_force}
 
 
@@ -285,18 +231,7 @@ def _json_table(text: str, path: Path) -> Table:
         others = np.array([set(entry) != set(content[0]) for entry in content])
         Table(path, {}).require("the same names in every object of the list", others, lambda _: "others")
         return Table(path, {name: [entry[name] for entry in content] for name in content[0]})
-    if not isinstance(content, dict):
-        raise ValueError(f"Expected a JSON list of protocols, or an object of lists. Received: {path}")
-    rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
-    # A history has one Tabor parameter, which need not be repeated at every point.
-    alike = (TABOR, TRAJECTORY) if "time" in content else ()
-    columns = {
-        name: values if isinstance(values, list) else [values] * (rows if name in alike else 1)
-        for name, values in content.items()
-    }
-    if len({len(values) for values in columns.values()}) > 1:
-        raise ValueError(f"Expected lists of equal length. Received: unequal lengths in {path}")
-    return Table(path, columns)
+    raise ValueError(f"Expected a JSON list of protocols. Received: {path}")
 
 
 def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -202,8 +202,7 @@ class Surrogate:
 
         Args:
             times: Times of shape `(steps,)` or `(batch, steps)`, strictly increasing along the steps, the first one
-                arbitrary. The models were trained on measurement steps (`bem.dataset.measurement_steps`), to which
-                `surrogate.prediction.measured.predict_measured` brings a measured history.
+                arbitrary. The models were trained on measurement steps (`bem.dataset.measurement_steps`).
             indentations: Indentations of the same shape.
             scene: One scene, or one for each history; see `predict`.
             edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere. By

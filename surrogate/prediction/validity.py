@@ -49,8 +49,6 @@ Predictions farther outside are refused. `experiments.surrogates.outside_ranges`
 _PHASES = ("loading_points", "dwell_points", "unloading_points")
 POINTS = dict(zip(_PHASES, zip(*(proportional_counts(total) for total in (100, 140)), strict=True), strict=True))
 """Smallest and largest number of points in each phase."""
-SHAPE = (*POINTS, "bend", "step_ratio")
-"""Quantities that tell whether a history has points like those of the training."""
 
 START_TOLERANCE = 0.03
 """Largest relative difference of start and end from -pi^(2/3) mu."""
@@ -68,9 +66,8 @@ ADVICE = {
     ),
     **dict.fromkeys(
         (*POINTS, "step_ratio", "compression_points"),
-        "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading, to "
-        "which `surrogate predict --in` and `surrogate.prediction.measured.predict_measured` resample a measured "
-        "history; `fast` and `accurate` count those of `bem.dataset.physical_steps.physical_grid`",
+        "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading; "
+        "`fast` and `accurate` count those of `bem.dataset.physical_steps.physical_grid`",
     ),
     "bend": "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path",
     "edge_marks": "set edge=True at the first and at the last point of the dwell, and nowhere else",

@@ -4,7 +4,6 @@ import csv
 import dataclasses
 import errno
 import json
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +14,8 @@ from bem import LoadingProtocol, PiecewiseLinearProtocol, simulate
 from bem.plots import COLOURS
 from surrogate import ExtrapolationWarning
 from surrogate.cli.comparison import plot_predictions, solver_errors
+from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
-from surrogate.prediction.predictor import Surrogate
 from tests.bem.test_trajectory import trajectory_of
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
@@ -150,24 +149,6 @@ def test_a_table_keeps_what_is_not_refused(program, tmp_path):
     assert table[1]["status"].startswith("tabor must be from")
 
 
-def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tmp_path, monkeypatch):
-    (tmp_path / "in.csv").write_text("time,indentation\n0,-2\n1,5\n2,2\n3,5\n4,-2\n")
-    # A stray warning of a library is not about the range.
-    predict = Surrogate.predict_history
-
-    def warn(*arguments, **options):
-        warnings.warn("of a library", UserWarning, stacklevel=2)
-        return predict(*arguments, **options)
-
-    monkeypatch.setattr(Surrogate, "predict_history", warn)
-    with pytest.warns(UserWarning, match="of a library"):
-        code, out, _ = command("predict", "M1-concat", "--in", tmp_path / "in.csv", "--tabor", 1.0, "--json")
-    assert code == 0
-    (found,) = json.loads(out)
-    assert any(words.startswith("loading_points = 2 lies outside [42, 58]") for words in found["extrapolated"])
-    assert not any("library" in words for words in found["extrapolated"])
-
-
 def test_check_reports_the_solver_s_answer(command, tmp_path):
     words = [*ONE, "--check", "--out", tmp_path / "out.json", "--plot", tmp_path / "both.svg"]
     code, out, _ = command("predict", "M1-concat", *words)
@@ -183,6 +164,31 @@ def test_the_check_is_of_the_same_solid(program):
     (found,) = json.loads(program("predict", "fast", *ONE, "--modulus-ratio", 0.3, "--check", "--json")[1])
     assert found["check"]["modulus_ratio"] == found["check"]["model_modulus_ratio"] == 0.3
     assert found["check"]["pull_off_percent"] < 5.0
+
+
+@pytest.mark.parametrize("ratio", [[], ["--modulus-ratio", 0.1], ["--modulus-ratio", 0.5]])
+def test_a_check_against_another_material_says_so(ratio, command):
+    place = PUBLISHED / "M1-concat"
+    code, out, err = command("predict", place, "--tabor", 1.0, *FLAGS, "--check", *ratio)
+    assert code == 0
+    other = ratio[-1:] == [0.5]
+    assert ("against the solver of another material (modulus ratio 0.5): pull-off" in out) == other
+    assert err.startswith("warning: M1-concat was trained on the modulus ratio 0.1 only;") == other
+    assert err.count("\n") == other
+    code, out, err = command("predict", place, "--tabor", 1.0, *FLAGS, *ratio)
+    assert code == (2 if other else 0)
+    if other:
+        assert err.startswith("surrogate: Expected the modulus ratio 0.1 that M1-concat was trained on, or --check")
+    else:
+        assert err == ""
+
+
+def test_the_check_of_a_model_without_a_recorded_material_warns(command, monkeypatch):
+    monkeypatch.setattr("surrogate.prediction.predictor.Surrogate.modulus_ratio", None)
+    words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
+    _, _, err = command(*words)
+    assert err.startswith("warning: M1-concat does not record the modulus ratio it was trained on; the solver uses 0.1")
+    assert "does not record" not in command(*words, "--modulus-ratio", 0.3)[2]
 
 
 def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
@@ -205,7 +211,6 @@ def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
     assert lines[0] == "trajectory,time,indentation,force,solver_force"
     assert float(lines[1].split(",")[-1]) == found["solver_force"][0]
     assert lines[-1].endswith(",")
-    assert command("predict", "M1-concat", "--in", tmp_path / "out.csv", "--tabor", 1.0)[0] == 0
 
 
 def test_a_full_disk_leaves_neither_of_two_files(command, tmp_path, monkeypatch):

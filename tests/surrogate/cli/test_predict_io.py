@@ -1,9 +1,8 @@
-"""Files of protocols and histories: which are read, and in which one sentence the others are refused."""
+"""Files of protocols: which are read, and in which one sentence the others are refused."""
 
 import json
 import re
 
-import numpy as np
 import pytest
 
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, refused
@@ -37,16 +36,6 @@ PROTOCOLS = [
     (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"outlast the rounding .*; received .* in row 2 \(line 3\)"),
     ("1,20,10,1,10\n1,20,10,1,10\n", "a header that names the columns. Received: numbers in the first row"),
 ]
-HISTORIES = [
-    ("time,indentation\n0,1\n1,2\n1,3\n", "times that increase strictly. Received: .*1.0"),
-    ("time,indentation\n0,1\n2,2\n1,3\n", "times that increase strictly"),
-    ("time,indentation,depth\n0,1,2\n", "the columns"),
-    ("time,indentation,edge\n0,1,\n", "finite numbers. Received: '' as edge in row 1"),
-    ("trajectory,time,indentation,force\n0,0,1,2\n1,1,2,2\n", "one trajectory"),
-    ("time,indentation,edge\n0,1,0\n1,2,0.5\n", r"zero or one. Received: 0.5 in row 2 \(line 3\)"),
-    ("time,indentation,tabor\n0,1,1\n1,2,2\n", r"the same Tabor parameter.*2.0 in row 2 \(line 3\)"),
-    ("time,indentation,tabor\n0,1,3\n1,2,3\n", "the file's Tabor parameter 3.0. Received: --tabor 1.0"),
-]
 OBJECTS = [
     ("[" * 100_000, "nested too deeply"),
     ('[{"tabor": 1, "tabor": 2}]', "'tabor' twice in one object"),
@@ -59,66 +48,28 @@ OBJECTS = [
     ("[]", "a JSON list of protocols"),
     ("[1, 2", "Expected JSON"),
     ("[1, 2]", "a JSON list of protocols"),
-    ('{"time": [0, 1], "indentation": [0]}', "lists of equal length"),
+    ('{"tabor": [0, 1]}', "a JSON list of protocols"),
 ]
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "options", "words"),
+    ("name", "text", "words"),
     [
-        *(("in.csv", text, [], words) for text, words in PROTOCOLS),
-        *(("in.csv", text, ["--tabor", 1.0], words) for text, words in HISTORIES),
-        *(("in.json", text, [], words) for text, words in OBJECTS),
+        *(("in.csv", text, words) for text, words in PROTOCOLS),
+        *(("in.json", text, words) for text, words in OBJECTS),
     ],
 )
-def test_malformed_files(name, text, options, words, command, tmp_path):
+def test_malformed_files(name, text, words, command, tmp_path):
     (tmp_path / name).write_text(text)
     kept = tmp_path / "out.csv"
     kept.write_text("what was there before")
-    given = ["predict", "M1-concat", "--in", tmp_path / name, *options, "--out", kept]
+    given = ["predict", "M1-concat", "--in", tmp_path / name, "--out", kept]
     assert re.search(words, refused(command, given, folder=tmp_path))
-
-
-@pytest.fixture
-def written(command, tmp_path):
-    """A CSV file of this command, and the forces in it."""
-    words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--out", tmp_path / "own.csv", "--json"]
-    _, out, _ = command(*words)
-    return tmp_path / "own.csv", json.loads(out)[0]
-
-
-def test_the_files_it_writes_are_read_back(command, written, tmp_path):
-    path, first = written
-    table = np.loadtxt(path, delimiter=",", skiprows=1)
-    for column, name in enumerate(("time", "indentation", "force"), start=1):
-        assert table[:, column].tolist() == first[name]
-    code, out, err = command("predict", "M1-concat", "--in", path, "--tabor", 1.0, "--json")
-    assert (code, err) == (0, "")
-    np.testing.assert_allclose(json.loads(out)[0]["force"], first["force"], rtol=1e-12)
-
-    # As the demonstrator writes it.
-    header = "time,indentation,tabor,edge,phase,force,solver_force"
-    rows = [
-        f"{time!r},{depth!r},1,{int(number in (49, 69))},loading,{force!r},"
-        for number, (time, depth, force) in enumerate(
-            zip(first["time"], first["indentation"], first["force"], strict=True)
-        )
-    ]
-    (tmp_path / "demo.csv").write_text("\n".join([header, *rows, ""]))
-    code, out, err = command("predict", "M1-concat", "--in", tmp_path / "demo.csv", "--json")
-    assert (code, err) == (0, "")
-    np.testing.assert_allclose(json.loads(out)[0]["force"], first["force"], rtol=1e-12)
-    content = {"time": first["time"], "indentation": first["indentation"], "tabor": 1.0}
-    (tmp_path / "history.json").write_text(json.dumps(content))
-    code, out, _ = command("predict", "M1-concat", "--in", tmp_path / "history.json", "--json")
-    assert json.loads(out)[0]["pull_off_force"] == pytest.approx(first["pull_off_force"], rel=1e-12)
 
 
 def test_other_mistakes(command, program, tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x80")
     (tmp_path / "good.csv").write_text(HEADER + "1,20,10,1,10\n")
-    (tmp_path / "history.csv").write_text("time,indentation\n0,1\n1,2\n")
-    (tmp_path / "path.csv").write_text("time,indentation\n0,-2\n1,5\n2,5\n3,-2\n")
     (tmp_path / "solids.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.3}]))
     (tmp_path / "foreign.onnx").write_text("not a graph")
     whole = ["M1-concat", "--tabor", 1.0, *FLAGS]
@@ -131,7 +82,6 @@ def test_other_mistakes(command, program, tmp_path):
             ["M1-concat", "--in", tmp_path / "good.csv", "--tabor", 1],
             f"not both. Received: --in {tmp_path}/good.csv, --tabor",
         ),
-        (["M1-concat", "--in", tmp_path / "history.csv"], "or a column tabor, with a history"),
         (["M1-concat", "--tabor", 1], "Received: no --peak-indentation, --loading-rate"),
         ([*whole, "--out", tmp_path / "out.txt"], "called .csv or .json"),
         ([*whole, "--out", tmp_path / "none" / "out.csv"], "a directory that exists"),
@@ -150,7 +100,6 @@ def test_other_mistakes(command, program, tmp_path):
             ["fast", *whole[1:], "--modulus-ratio", 2],
             "modulus_ratio must be a finite number greater than 0 and at most 1; rec",
         ),
-        (["fast", "--in", tmp_path / "path.csv", "--tabor", 1.0], "a model of uniform measurement steps for a"),
         (["fast", *solids, "--modulus-ratio", 0.2], "modulus ratios from --in FILE or from --modulus-ratio, not"),
     ):
         assert expected in refused(program, ["predict", *words], folder=tmp_path)

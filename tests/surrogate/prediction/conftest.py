@@ -1,4 +1,4 @@
-"""What tests of predictions share: protocols, measured histories of them, how a mistake must end, untrained models."""
+"""What tests of predictions share: protocols, how a mistake must end, untrained models."""
 
 import re
 import shutil
@@ -7,7 +7,7 @@ import keras
 import numpy as np
 import pytest
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid
+from bem import Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import PHYSICAL
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
@@ -32,22 +32,6 @@ def refused(command, words, *, folder):
     assert len(err) < 1000
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     return err
-
-
-FAST_WITHDRAWAL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=100.0)
-
-
-def history(protocol=FAST_WITHDRAWAL, tabor=1.0, points=(160, 80, 160), noise=0.0, seed=0):
-    """Points of each phase, and the standard deviation of their noise as a share of the peak."""
-    corners = protocol.phase_times(tabor)
-    phases = [
-        np.linspace(begin, end, count, endpoint=False)
-        for begin, end, count in zip(corners[:-1], corners[1:], points, strict=True)
-        if end > begin
-    ]
-    times = np.append(np.concatenate(phases), corners[-1])
-    noisy = noise * protocol.peak_indentation * np.random.default_rng(seed).normal(size=times.shape)
-    return times, protocol.history(tabor).indentation_at(times) + noisy
 
 
 RANGES = {

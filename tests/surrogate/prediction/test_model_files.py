@@ -2,6 +2,7 @@
 
 import random
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -10,11 +11,14 @@ import onnx
 import pytest
 
 import surrogate
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.data.scaling import PUBLISHED_MATERIALS
 from surrogate.export.onnx_file import sealed
 from surrogate.prediction.files import PUBLISHED, PUBLISHED_BANDED, SUMMED, read_intact, read_run, write_run
 from surrogate.prediction.networks import load_weights
 from surrogate.training.runs import folder_content
 from tests.data_files import damaged
+from tests.surrogate.conftest import scaling_of
 
 
 def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
@@ -193,3 +197,17 @@ def test_random_damage_is_refused_in_one_sentence(count, folder, tmp_path):
                 surrogate.load(path.parent if number % 2 else path)
             assert "\n" not in str(caught.value)
             assert len(str(caught.value)) < 1000
+
+
+def test_a_published_model_knows_its_material():
+    data = TrajectoryDataset.load(PUBLISHED.parent / "dataset.h5")
+    assert {data.sha256: data.modulus_ratio} == PUBLISHED_MATERIALS
+    for folder in PUBLISHED.glob("*/model.onnx"):
+        assert surrogate.load(folder).modulus_ratio == 0.1
+
+
+def test_a_training_records_its_material(dataset):
+    assert scaling_of(replace(dataset, modulus_ratio=None)).modulus_ratio is None
+    scaling = scaling_of(replace(dataset, modulus_ratio=0.25))
+    assert type(scaling).from_json(scaling.to_json(), "here").modulus_ratio == 0.25
+    assert scaling.ranges["modulus_ratio"] == (0.25, 0.25)
