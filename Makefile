@@ -222,7 +222,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place ways-to-call inverse-problem \
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call inverse-problem \
 	lab-coverage stream-latency limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
 

@@ -267,6 +267,7 @@ class Surrogate:
 
         tabor, ratio = self._contacts(scene, 1)
         outside = validity.excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges)
+        self._refusals(outside, 1, single=True)
         validity.warn_of_extrapolation(self.name, outside)
         known = float(ratio[0]) if self.scaling.features in NEEDS_MATERIAL else None
         given = (self.network.content(), self.scaling)

@@ -40,8 +40,8 @@ SHORTEST_STEP = 1e-24
 RANGE_TOLERANCE = 1e-6
 """Relative tolerance of all bounds, for rates that are computed from rounded times."""
 
-MARGIN = 0.05
-"""How far outside its range a quantity of a protocol or solid may lie, as a share of the width in its logarithm.
+MARGIN = 0.04
+"""How far outside its ranges a protocol on a solid may lie: shares of the width of each range in its logarithm, added.
 
 Predictions farther outside are refused. `experiments.surrogates.outside_ranges` measures the errors there.
 """
@@ -186,23 +186,26 @@ class Excess:
         return f"{self.name} = {self.values[index]:.6g} lies outside [{self.low[index]:.6g}, {self.high[index]:.6g}]"
 
     @property
-    def allowed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest value with the margin; any value of a quantity that is not of a protocol or solid.
+    def shares(self) -> np.ndarray:
+        """Distances from the range over its width, in the logarithm; zero for what is not of a protocol or solid.
 
         No dwell is too short: the shortest of the training hardly relaxes.
         """
         if self.name not in (*QUANTITIES, "modulus_ratio"):
-            return np.full_like(self.low, -np.inf), np.full_like(self.high, np.inf)
-        factor = (self.high / self.low) ** MARGIN
-        low = np.zeros_like(self.low) if self.name == "dwell_time" else self.low / factor
-        high = self.high * factor
-        return low, np.minimum(high, 1.0) if self.name == "modulus_ratio" else high
+            return np.zeros_like(self.values)
+        with np.errstate(all="ignore"):
+            below, above = np.log(self.low / self.values), np.log(self.values / self.high)
+            if self.name == "dwell_time":
+                below = np.zeros_like(below)
+            found = np.maximum(below, above) / np.log(self.high / self.low)
+        found[self.values < 0.0] = np.inf
+        return np.where(self.beyond > 0.0, found, 0.0)
 
-    @property
-    def refused(self) -> np.ndarray:
-        """Whether each value is outside the range and the margin."""
-        low, high = self.allowed
-        return (self.values < low) | (self.values > high)
+
+def allowed(name: str, low: float, high: float, margin: float = MARGIN) -> tuple[float, float]:
+    """Return the smallest and the largest value of a quantity of this range, with a margin."""
+    factor = (high / low) ** margin
+    return 0.0 if name == "dwell_time" else low / factor, min(high * factor, 1.0 if name == "modulus_ratio" else np.inf)
 
 
 def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, float]]) -> list[Excess]:
@@ -237,16 +240,20 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
-def refusals(found: Iterable[Excess], count: int, name: str) -> list[str]:
+def refusals(found: Sequence[Excess], count: int, name: str) -> list[str]:
     """Return for each of `count` histories why the model `name` refuses it, as one sentence; `""` if it does not."""
     reasons = [""] * count
-    for excess in found:
-        low, high = excess.allowed
-        for row in np.flatnonzero(excess.refused):
-            reasons[row] = reasons[row] or (
-                f"{excess.name} must be from {low[row]:.4g} to {high[row]:.4g} for {name}, the range of its training "
-                f"and a margin; `bem.simulate` takes others; received {excess.values[row]:.6g}"
-            )
+    if not found:
+        return reasons
+    shares = np.array([excess.shares for excess in found])
+    for row in np.flatnonzero(shares.sum(axis=0) > MARGIN).tolist():
+        farthest = int(shares[:, row].argmax())
+        excess, others = found[farthest], np.delete(shares[:, row], farthest).sum()
+        low, high = allowed(excess.name, excess.low[row], excess.high[row], max(MARGIN - others, 0.0))
+        reasons[row] = (
+            f"{excess.name} must be from {low:.4g} to {high:.4g} for {name}, the range of its training and a margin; "
+            f"`bem.simulate` takes others; received {excess.values[row]:.6g}"
+        )
     return reasons
 
 

@@ -134,8 +134,8 @@ try {
   await shared.locator("input[name=force][value=linear]").check({ force: true });
   await shared.locator("input[name=time][value=real]").check({ force: true });
   await shared.screenshot({ path: join(out, "true-to-scale.png") });
-  await shared.fill("#tabor", "5");
-  await shared.waitForFunction(() => location.hash.startsWith("#tabor=5&"));
+  await shared.fill("#tabor", "3.5");
+  await shared.waitForFunction(() => location.hash.startsWith("#tabor=3.5&"));
   seen.outside = await read(shared);
   await shared.screenshot({ path: join(out, "outside.png") });
   await shared.fill("#tabor", "-1");

@@ -11,7 +11,7 @@ const CASES = {
   fast: "tabor=3.2&peak_indentation=100&loading_rate=1000&dwell_time=0.001&unloading_rate=1000&modulus_ratio=0.01",
   slow: "tabor=0.2&peak_indentation=2&loading_rate=0.1&dwell_time=3&unloading_rate=0.1&modulus_ratio=0.05",
   brief: "tabor=1&peak_indentation=20&loading_rate=10&dwell_time=0.0002&unloading_rate=100&modulus_ratio=0.1",
-  outside: "tabor=1&peak_indentation=20&loading_rate=10&dwell_time=1&unloading_rate=10&modulus_ratio=0.005",
+  outside: "tabor=1&peak_indentation=20&loading_rate=10&dwell_time=1&unloading_rate=10&modulus_ratio=0.009",
 };
 const MODELS = ["fast", "accurate"];
 

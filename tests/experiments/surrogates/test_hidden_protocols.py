@@ -6,7 +6,7 @@ from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, ways_to_call
+from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, outside_ranges, ways_to_call
 from surrogate import posterior
 from tests.experiments.models import DRAW, shallow
 
@@ -104,6 +104,20 @@ def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch, ca
     assert content["M1-concat"]["paper"] == {"count": 4, **{key: found[key] for key in ("pull_off", "hysteresis")}}
     assert sum(one["count"] for one in content["fast"]["corners"]) == 64
     assert content["fast"]["vertices"]["count"] == 1
+
+
+def test_errors_outside_the_ranges_are_tabulated():
+    tabor = outside_ranges.beyond("high tabor", 0.25, 2, 0).quantities["tabor"]
+    np.testing.assert_allclose(tabor, 6.4)
+    together = outside_ranges.beyond(outside_ranges.ALL, 0.6, 40, 0).quantities["tabor"]
+    np.testing.assert_allclose(sorted(set(together.round(9))), [0.2 * 16**-0.1, 3.2 * 16**0.1])
+    content = outside_ranges.study(count=1, seed=2)
+    inside, outside = (content["models"]["fast"]["high unloading_rate"][key][0] for key in ("0", "0.1"))
+    assert inside < 5.0
+    assert np.isfinite(outside)
+    text = outside_ranges.page_text(content | {"command": "some"})
+    assert text.count("all ranges at once") == 3
+    assert "`tabor` 0.179 to 3.575" in text
 
 
 def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):

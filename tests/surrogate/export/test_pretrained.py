@@ -52,7 +52,7 @@ def solids(model):
     values = np.exp(low + (high - low) * np.concatenate([corners, rng.random((64, 6))]))
     values = np.clip(values, np.exp(low), np.exp(high))
     # Faster, softer and of other Tabor parameters than any of the training.
-    values[np.arange(-OUTSIDE, 0), [4, 5, 0, 0]] = [2e3, 0.005, 0.1, 5.0]
+    values[np.arange(-OUTSIDE, 0), [4, 5, 0, 0]] = [1.3e3, 0.009, 0.185, 3.5]
     return dict(zip((*QUANTITIES, "modulus_ratio"), values.T.copy(), strict=True))
 
 

@@ -31,6 +31,7 @@ from surrogate.prediction.bands import (
 )
 from surrogate.prediction.files import BANDED, PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
+from surrogate.prediction.validity import MARGIN
 from tests.data_files import damaged
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import PROTOCOL, RANGES, SCENE
@@ -99,10 +100,10 @@ def test_a_batch_is_what_its_members_are(banded):
 @pytest.mark.parametrize(
     ("changes", "tabor", "ratio", "name"),
     [
-        ({"unloading_rate": 1500.0}, 1.0, 0.1, "unloading_rate"),
+        ({"unloading_rate": 1300.0}, 1.0, 0.1, "unloading_rate"),
         ({"dwell_time": 0.0}, 1.0, 0.1, "dwell_time"),
-        ({}, 3.6, 0.1, "tabor"),
-        ({}, 1.0, 0.008, "modulus_ratio"),
+        ({}, 3.5, 0.1, "tabor"),
+        ({}, 1.0, 0.009, "modulus_ratio"),
         ({"start_indentation": -9.0}, 1.0, 0.1, "start_indentation"),
     ],
 )
@@ -130,7 +131,7 @@ def test_beyond_the_margin_is_refused(banded, name, low, high):
 
     width = np.log(high / low)
     for end, outwards in ((low, -1.0), (high, 1.0)):
-        inside, beyond = (float(end * np.exp(outwards * share * width)) for share in (0.0499, 0.0501))
+        inside, beyond = (float(end * np.exp(outwards * share * width)) for share in (0.999 * MARGIN, 1.001 * MARGIN))
         if end == 1.0:  # no solid is beyond elastic
             continue
         with pytest.warns(ExtrapolationWarning, match=f"{name} = "):
@@ -144,13 +145,24 @@ def test_beyond_the_margin_is_refused(banded, name, low, high):
         assert "\n" not in str(caught.value)
 
 
+def test_distances_from_several_ranges_add_up(banded):
+    tabor, rate = (
+        float(high * (high / low) ** (0.6 * MARGIN)) for low, high in (RANGES["tabor"], RANGES["loading_rate"])
+    )
+    for asked in ((scenes([tabor])[0], LOADING), (SCENE, protocol(loading_rate=rate))):
+        with pytest.warns(ExtrapolationWarning):
+            assert banded.predict(*asked).completed
+    with pytest.raises(ValueError, match=r"^\w+ must be from .* for fast"):
+        banded.predict(scenes([tabor])[0], protocol(loading_rate=rate))
+
+
 def test_in_a_batch_what_is_refused_is_nan(banded):
     with pytest.warns(ExtrapolationWarning, match="1 of 3 predictions are refused and NaN: tabor must be") as told:
         inside, refused, margin = banded.predict(scenes([1.0, 9.0, 3.4]), LOADING)
     assert len(told) == 1
     assert inside.completed
     assert margin.completed
-    assert refused.status.startswith("tabor must be from 0.1741 to 3.676 for fast")
+    assert refused.status.startswith("tabor must be from 0.179 to 3.575 for fast")
     results = [refused.pull_off_force, refused.pull_off_time, refused.hysteresis, refused.work(), refused.end_force]
     intervals = [getattr(refused, f"{name}_interval") for name in RESULTS]
     bands = [refused.force, refused.force_lower, refused.force_upper, refused.curve_lower, refused.curve_upper]

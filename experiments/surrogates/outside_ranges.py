@@ -1,0 +1,80 @@
+"""Errors of the pull-off force outside the ranges of the training: how far predictions can be trusted there.
+
+One quantity at a time lies beyond an end of its range, by a share of the range's width in its logarithm, and the others
+anywhere inside; then all lie beyond an end, by shares that add up to the same. The pull-off force is compared with the
+solver's, and that of M1-concat, whose steps alone err by more, with the solver's at the same steps.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import surrogate
+from bem._support.wording import markdown_table
+from experiments.common import MODULUS_RATIO
+from experiments.measurements.cases import RANGES, Hidden
+from experiments.measurements.harness import Count, Seed, progress
+from experiments.measurements.tools import predicted
+from surrogate.cli.comparison import solver_errors
+from surrogate.prediction.files import BANDED
+from surrogate.prediction.validity import MARGIN, allowed
+
+DISTANCES = (0.0, MARGIN, 0.1)
+ENDS = tuple(f"{end} {name}" for name in RANGES for end in ("low", "high"))[:-1]  # no solid is beyond elastic
+ALL = "all"
+LEVELS = (0.5, 0.9)
+
+
+def beyond(where: str, distance: float, count: int, seed: int) -> Hidden:
+    """Draw protocols beyond one of `ENDS`, or beyond an end of every range, by `distance` in all."""
+    rng, columns = np.random.default_rng(seed), {}
+    for name, (low, high) in RANGES.items():
+        share = rng.random(count)
+        end, _, quantity = where.partition(" ")
+        if where == ALL or quantity == name:
+            upper = share > 0.5 if where == ALL else np.full(count, end == "high")
+            own = distance / len(RANGES) if where == ALL else distance
+            share = np.where(upper, 1.0 + own, -own)
+        columns[name] = low * (high / low) ** share
+    columns["modulus_ratio"] = np.minimum(columns["modulus_ratio"], 1.0)
+    return Hidden(columns)
+
+
+def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
+    """Compare predictions of `fast`, `accurate` and M1-concat with the solver beyond each end of the ranges."""
+    models = {name: surrogate.load(name) for name in (*BANDED, "M1-concat")}
+    content: dict[str, Any] = {name: {} for name in models}
+    for model in models.values():  # which refuse nothing then
+        wide = {name: (1e-9 * low, 1e9 * high) for name, (low, high) in model.scaling.ranges.items()}
+        model.network.scaling = replace(model.scaling, ranges=wide)
+    places = [(where, distance) for where in (*ENDS, ALL) for distance in DISTANCES]
+    for where, distance in progress(places, "ends of ranges"):
+        solids = beyond(where, distance, count, seed)
+        paper = Hidden(solids.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
+        exact = {"any": list(solids.simulated()), "paper": list(paper.simulated())}
+        for name, model in models.items():
+            kind, hidden, on = ("any", solids, "") if name in BANDED else ("paper", paper, "_on_steps")
+            pairs = zip(predicted(model, name, hidden), exact[kind], strict=True)
+            errors = [solver_errors(*pair)[f"pull_off{on}_percent"] for pair in pairs]
+            content[name].setdefault(where, {})[f"{distance:g}"] = np.quantile(errors, LEVELS).tolist()
+    return {"count": count, "models": content}
+
+
+def page_text(outside_ranges: Any) -> str:
+    """The errors at the end of a range that errs most, and beyond all of them, as a table of a page."""
+    rows = []
+    for name, places in outside_ranges["models"].items():
+        ends = {where: errors for where, errors in places.items() if where != ALL}
+        for words, chosen in (
+            ("one range, at the end that errs most", ends),
+            ("all ranges at once", {ALL: places[ALL]}),
+        ):
+            largest = [np.max([errors[f"{one:g}"] for errors in chosen.values()], axis=0) for one in DISTANCES]
+            rows.append([name, words, *(", ".join(f"{level:.2g}" for level in levels) for levels in largest)])
+    limits = ["`{}` {:.3g} to {:.4g}".format(name, *allowed(name, *bounds)) for name, bounds in RANGES.items()]
+    heads = ["Model", "Beyond", *(f"{100 * distance:g} %" for distance in DISTANCES)]
+    return (
+        f"{markdown_table(heads, rows, 'llrrr')}\n\nThe margin is {100 * MARGIN:g} %. One quantity alone may be "
+        f"{', '.join(limits)}. Measured by `{outside_ranges['command']}`."
+    )
