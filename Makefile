@@ -71,7 +71,7 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 ##@ Figures, tables and studies (short)
 
 COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
-	figure-measurement-floor figure-inverse
+	figure-measurement-floor
 COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
@@ -222,7 +222,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call inverse-problem \
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage stream-latency limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
 

@@ -1,1 +1,1 @@
-"""What the surrogates deliver and cost: errors, bands, gradients, streams, and an inverse problem."""
+"""What the surrogates deliver and cost: errors, bands, gradients and streams."""

@@ -1,13 +1,11 @@
 import numpy as np
 import pytest
 
-import surrogate
 from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
 from experiments.measurements.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
-from experiments.surrogates import errors_by_place, inverse_problem, measurement_steps, outside_ranges, ways_to_call
-from surrogate import posterior
+from experiments.surrogates import errors_by_place, measurement_steps, outside_ranges, ways_to_call
 from tests.experiments.models import DRAW, shallow
 
 CORNERS = Hidden.corners
@@ -150,62 +148,6 @@ def test_gradients_of_a_power_law_are_its_exponents():
     errors = ways_to_call.gradient_errors(wrong, found)
     assert errors["p50"] == pytest.approx(10.0)
     assert ways_to_call.gradient_errors(wrong[:, :5], found) == errors
-
-
-@pytest.fixture(scope="module")
-def fast():
-    return surrogate.load("fast")
-
-
-def test_curves_of_surrogate_and_solver_are_recorded_at_the_same_instants(fast):
-    points = np.log([inverse_problem.TRUE, (0.8, 0.3, 4.0), (3.1, 0.03, 0.25)])
-    found, true = inverse_problem.predicted(fast, points), inverse_problem.simulated(points, "draft")
-    assert found.shape == true.shape == (3, 200)
-    assert np.all(np.abs(found - true).max(axis=1) < 0.1 * np.ptp(true, axis=1))
-    assert np.all(np.abs(found - true).mean(axis=1) < 0.015 * np.ptp(true, axis=1))
-    # The true contact has peeled off by the end of the record.
-    assert abs(true[0, -1]) < 0.01 * true[0].max()
-
-
-def test_the_posterior_is_the_solvers_and_contains_the_truth(fast, monkeypatch):
-    monkeypatch.setattr(inverse_problem, "CALIBRATION", 32)
-    for name in ("STAGE", "LEAST"):
-        monkeypatch.setattr(posterior, name, getattr(posterior, name) // 2)
-    measured = inverse_problem.measured_curve(seed=0)
-    posteriors, searched = inverse_problem.infer(*measured, fast, samples=2000, solver_samples=150)
-    assert searched > 0.0
-    found = {name: sample.summary() for name, sample in posteriors.items()}
-    surrogates, solvers = found[inverse_problem.SURROGATE], found[inverse_problem.SOLVER]
-    # Three standard deviations hold the truth; a quarter of one is the difference that the draws alone make at most.
-    assert np.all(np.abs(surrogates["mean"] - inverse_problem.TRUE) < 3.0 * surrogates["sd"])
-    assert np.all(np.abs(surrogates["mean"] - solvers["mean"]) < 0.4 * solvers["sd"])
-    np.testing.assert_allclose(surrogates["sd"], solvers["sd"], rtol=0.25)
-    assert all(sample.effective > 0.1 * len(sample) for sample in posteriors.values())
-
-
-def test_the_inverse_problem_is_described(monkeypatch):
-    """A posterior that was found, and stand-ins for both tools."""
-    few = np.log([inverse_problem.TRUE]) + 0.01 * np.random.default_rng(0).standard_normal((300, 3))
-    names = inverse_problem.SURROGATE, inverse_problem.IGNORED, inverse_problem.SOLVER
-    found = dict.fromkeys(names, inverse_problem.Sample(few, np.zeros(300)))
-    for name, stand_in in {
-        "infer": lambda *_, **__: (found, 1.0),
-        "predicted": lambda _, points: np.zeros((len(points), 200)),
-        "simulated": lambda points, *_, **__: np.tile(np.linspace(0, 1, 200), (len(points), 1)),
-    }.items():
-        monkeypatch.setattr(inverse_problem, name, stand_in)
-    monkeypatch.setattr(inverse_problem.surrogate, "load", lambda name: name)
-    content = inverse_problem.study(samples=300, solver_samples=300)
-    solver, surrogates = (content["posteriors"][name] for name in (names[2], names[0]))
-    assert surrogates["effective"] == pytest.approx(300.0)
-    for one, bins in ((solver, 24), (surrogates, 80)):
-        for histogram in one["densities"]:
-            assert len(histogram["density"]) == bins
-            area = np.sum(np.array(histogram["density"]) * np.diff(histogram["edges"]))
-            assert area == pytest.approx(1.0, abs=0.03)
-    assert [pair["parameters"] for pair in surrogates["pairs"]] == [[0, 1], [1, 2]]
-    assert np.shape(content["solver_shown"]) == (inverse_problem.SHOWN, 3)
-    assert 0.0 < content["seconds"]["surrogate"] < 1.0
 
 
 def test_each_quantity_divides_all_protocols_once():

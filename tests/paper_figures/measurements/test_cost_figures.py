@@ -1,11 +1,9 @@
 """Figures and tables of costs, other software and pretrained models, from made-up and published measurements."""
 
-import numpy as np
 import pytest
 
 from paper_figures.measurements import (
     figure_amortisation,
-    figure_inverse,
     figure_measurement_floor,
     figure_peers,
     figure_training_cost,
@@ -67,14 +65,11 @@ def test_the_ends_of_curves_are_named_and_an_error_that_is_not_resolved_is_a_tri
     assert [(line.get_marker(), line.get_markevery()) for line in solver] == [("o", []), ("v", None)]
 
 
-def test_shares_above_an_error_and_levels_that_hold_a_share():
+def test_shares_above_an_error():
     kind = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
     axes = drawing.figure(height=2.0).subplots()
     figure_measurement_floor.draw_errors(axes, {"uniform": kind, "physical": kind})
     assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
-    levels = figure_inverse.levels_of(np.array([[0.05, 0.2], [0.0, 0.75]]))
-    # 0.75 alone holds 68 %, and 95 % need the next.
-    assert levels == [0.2, 0.75]
 
 
 def test_table_of_surrogates():
