@@ -197,9 +197,9 @@ class Excess:
             below, above = np.log(self.low / self.values), np.log(self.values / self.high)
             if self.name == "dwell_time":
                 below = np.zeros_like(below)
-            found = np.maximum(below, above) / np.log(self.high / self.low)
-        found[self.values < 0.0] = np.inf
-        return np.where(self.beyond > 0.0, found, 0.0)
+            distances = np.maximum(below, above) / np.log(self.high / self.low)
+        distances[self.values < 0.0] = np.inf
+        return np.where(self.beyond > 0.0, distances, 0.0)
 
 
 def allowed(name: str, low: float, high: float, margin: float = MARGIN) -> tuple[float, float]:
@@ -240,15 +240,15 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
-def refusals(found: Sequence[Excess], count: int, name: str) -> list[str]:
+def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
     """Return for each of `count` histories why the model `name` refuses it, as one sentence; `""` if it does not."""
     reasons = [""] * count
-    if not found:
+    if not outside:
         return reasons
-    shares = np.array([excess.shares for excess in found])
+    shares = np.array([excess.shares for excess in outside])
     for row in np.flatnonzero(shares.sum(axis=0) > MARGIN).tolist():
         farthest = int(shares[:, row].argmax())
-        excess, others = found[farthest], np.delete(shares[:, row], farthest).sum()
+        excess, others = outside[farthest], np.delete(shares[:, row], farthest).sum()
         low, high = allowed(excess.name, excess.low[row], excess.high[row], max(MARGIN - others, 0.0))
         reasons[row] = (
             f"{excess.name} must be from {low:.4g} to {high:.4g} for {name}, the range of its training and a margin; "
