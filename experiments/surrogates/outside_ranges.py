@@ -20,7 +20,7 @@ from surrogate.cli.comparison import solver_errors
 from surrogate.prediction.files import BANDED
 from surrogate.prediction.validity import MARGIN, allowed
 
-DISTANCES = (0.0, MARGIN, 0.1)
+DISTANCES = (0.0, 0.04, MARGIN)
 ENDS = tuple(f"{end} {name}" for name in RANGES for end in ("low", "high"))[:-1]  # no solid is beyond elastic
 ALL = "all"
 LEVELS = (0.5, 0.9)

@@ -40,10 +40,11 @@ SHORTEST_STEP = 1e-24
 RANGE_TOLERANCE = 1e-6
 """Relative tolerance of all bounds, for rates that are computed from rounded times."""
 
-MARGIN = 0.04
+MARGIN = 0.1
 """How far outside its ranges a protocol on a solid may lie: shares of the width of each range in its logarithm, added.
 
-Predictions farther outside are refused. `experiments.surrogates.outside_ranges` measures the errors there.
+Up to there the median error of the pull-off force stays below 2 % (`fast` and `accurate`,
+`experiments.surrogates.outside_ranges`); predictions farther outside are refused.
 """
 
 _PHASES = ("loading_points", "dwell_points", "unloading_points")
