@@ -71,3 +71,19 @@ def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
     assert (contact.time, contact.indentation) == before
     assert np.isfinite(contact.advance(1.0, indentation=0.0))
     assert contact.status == "completed"
+
+
+@pytest.mark.parametrize("spring", [None, 2.0])
+def test_absurd_steps_leave_the_state_exactly(spring):
+    rng, refused = np.random.default_rng(5), 0
+    contact = Contact(Scene(0.5, SLS, spring=spring), "draft", deepest=1.0)
+    contact.advance(1.0, indentation=0.5)
+    for _ in range(20):
+        name, size = ("indentation", "force")[rng.integers(2)], rng.choice([1.0, -1.0]) * 10.0 ** rng.uniform(-1, 5)
+        before = contact.time, contact.indentation, contact.force, contact.contact_radius
+        if np.isnan(contact.advance(10.0 ** rng.uniform(-6, 3), **{name: size})):
+            refused += 1
+            assert (contact.time, contact.indentation, contact.force, contact.contact_radius) == before
+            assert not contact.status.startswith("completed")
+        contact.advance(1.0, indentation=0.5)
+    assert refused >= 3
