@@ -13,6 +13,7 @@ Elastic Solids (2000), chapter 4; Persson and Brener, Phys. Rev. E 71 (2005) 036
 """
 
 import functools
+from collections.abc import Hashable
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from bem.tractions import GAP_AT_PEAK, HardContact, LennardJones, TractionLaw, t
 
 _BALANCED = 0.5  # error of the work by the trapezoidal rule, over that of both ways; steps go with the third root
 _ROUNDING = 1e-9  # of forces, over the largest
+_LEAST_EXCESS = 1e-3  # share by which the tension may exceed its bound, which itself is computed to a tenth of that
 _FAR = 1e4  # gap beyond which rigid surfaces hardly attract each other
 
 
@@ -37,7 +39,7 @@ def most_tension(scene: Scene) -> float:
     if n == PARABOLOID:
         return dmt.PULL_OFF_FORCE / k
     law = scene.adhesion
-    rigid = (rigid_tension if law.__hash__ else rigid_tension.__wrapped__)(scene.tabor, n, law)
+    rigid = (rigid_tension if isinstance(law, Hashable) else rigid_tension.__wrapped__)(scene.tabor, n, law)
     if n > PARABOLOID and k == 1.0:
         return rigid
     return (rigid + jkr.pull_off_force(n)) / k ** max((n + 1.0) / (2.0 * n - 1.0), 1.0)
@@ -51,9 +53,9 @@ def rigid_tension(tabor: float, exponent: float, adhesion: LennardJones | Tracti
         unit, peak, end = adhesion.repulsion[1], adhesion.peak_gap, adhesion.breaks[-1]
     nearest = np.linspace(1.0 - 0.3 * unit, peak, 40)[:, None]
     root = np.geomspace(1e-9, 1.0, 2000) * end ** (1.0 / exponent)
-    tractions = _traction(adhesion, nearest + root**exponent)
-    integral = exponent * np.trapezoid(tractions * root, root).max()
-    return float(2.0 * (exponent / tabor) ** (2.0 / exponent - 1.0) * integral)
+    parts = _traction(adhesion, nearest + root**exponent) * root
+    integrals = (parts[:, 1:] + parts[:, :-1]) @ np.diff(root)
+    return float(exponent * (exponent / tabor) ** (2.0 / exponent - 1.0) * integrals.max())
 
 
 def _traction(adhesion: LennardJones | TractionLaw, gap: FloatArray) -> FloatArray:
@@ -84,7 +86,7 @@ def within_bounds(result: Marched, scene: Scene, least_force: float, target: flo
     if not force.size:
         return result
     rounding = _ROUNDING * max(float(-force.min()), 1.0)
-    if force.max() > most_tension(scene) * (1.0 + target) + rounding:
+    if force.max() > most_tension(scene) * (1.0 + max(target, _LEAST_EXCESS)) + rounding:
         return result._replace(outcome=TOO_MUCH_TENSION)
     if force.min() < least_force - rounding:
         return result._replace(outcome=UNPHYSICAL)
