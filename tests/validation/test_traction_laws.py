@@ -34,9 +34,9 @@ def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
 
 
 @pytest.mark.parametrize(("accuracy", "error"), [("draft", 1.7e-2), ("standard", 4e-3), (1e-3, 1e-3)])
-@pytest.mark.parametrize("width", [0.1, 0.4, 1.0])
+@pytest.mark.parametrize("width", [0.4, 1.0])
 def test_small_tabor_parameters_tend_to_bradley(width, accuracy, error):
-    for tabor in (1e-5, 1e-4, 1e-3, 3e-3):
+    for tabor in (1e-5, 1e-3):
         trajectory = run(tabor, ConstantStress(width), accuracy=accuracy, protocol=ramps(1.0, 1.0, 0.0, 1.0, -5.0))
         assert trajectory.force.max() == pytest.approx(2.0, rel=error), tabor
 
