@@ -21,7 +21,7 @@ from bem.scene import Scene
 from bem.solver.equilibrium import Factor
 from bem.solver.memory import Memory
 from bem.solver.problem import Problem, device_of, problem_of
-from bem.solver.records import COMPLETED, MOST_WORK, STEPS, new_records, new_work
+from bem.solver.records import COMPLETED, MOST_WORK, NOT_FINITE, STEPS, new_records, new_work
 from bem.solver.simulation import REASONS, load_kernels
 from bem.solver.time_stepping import Progress, follow, segment_of, start
 
@@ -167,17 +167,27 @@ class Contact:
         step = _Step(
             finite_number("duration", duration, above=0.0), name, finite_number(name, value, low=-limit, high=limit)
         )
-        if name == "indentation":
-            self._need(step.value)
-        after = self._after(step)
-        if name == "force" and self._need(float(after.progress.state.depth)):
+        before = self._room, self._problems, self._now
+        try:
+            if name == "indentation":
+                self._need(step.value)
             after = self._after(step)
-        outcome = after.progress.outcome
+            if name == "force" and self._need(float(after.progress.state.depth)):
+                after = self._after(step)
+            outcome, state = after.progress.outcome, after.progress.state
+            if outcome == COMPLETED and not math.isfinite(state.force + state.depth):
+                outcome = NOT_FINITE
+            if outcome == COMPLETED:
+                before = self._room, self._problems, after
+                self._steps.append(step)
+        except MemoryError as error:
+            self.status = f"not started: {error}"
+            return math.nan
+        finally:  # an error or Ctrl-C leaves the state as it was, too
+            self._room, self._problems, self._now = before
         self.status = REASONS[outcome].format(MOST_WORK)
         if outcome != COMPLETED:
             return math.nan
-        self._now = after
-        self._steps.append(step)
         return self.force if name == "indentation" else self.indentation
 
     def copy(self) -> Contact:
@@ -197,6 +207,8 @@ class Contact:
     def _after(self, step: _Step) -> _Moment:
         """The state after a step."""
         now, state = self._now, self._now.progress.state
+        if now.progress.outcome != COMPLETED:  # a step before could not be taken again on a larger mesh
+            return now
         first = now.stage if step.name == "indentation" else state.force
         work = new_work(MOST_WORK)
         work[STEPS] = now.steps

@@ -27,7 +27,7 @@ import numpy as np
 from bem._support.jit import in_python, kernel
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
 from bem.accuracy import Accuracy, BranchControls
-from bem.discretisation.cohesive_zone import largest_contact_radius
+from bem.discretisation.cohesive_zone import contact_edge, largest_contact_radius
 from bem.discretisation.regrid import cubic
 from bem.discretisation.scaled_meshes import (
     NO_RING,
@@ -353,45 +353,57 @@ def follow(
     # Without contact; then with the edge at one node of the first mesh after the other, up to the last.
     strides = max(min(np.int64(np.ceil(1.0 / (controls.step * min(1.0, np.sqrt(tabor))))), edge_node), 1)
     count, held, before, wanted, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
+    largest, part = 0.0, 1.0  # of the way on which the edge comes to the next node
     while True:
         depth, found = _solve(interface, mesh, held, depth, controls.residual, contact, work)
+        bent = False
         if found:
             force, force_rate, axis_rate = _rates(interface, mesh, held, False, contact)
             room = contact.gap[0] - law.floor
-            point = points[count]
+            point, last = points[count], points[count - 1]
             point["along"], point["indentation"], point["force"] = np.log(room), depth, force
             point["indentation_rate"] = contact.rate[held] * room / axis_rate
             point["force_rate"] = force_rate * room / axis_rate
-            point["contact_radius"], point["scale"] = scale * radii[held], scale
+            touching = contact.gap[held] > peak and wanted > 0
+            edge = contact_edge(radii, contact.gap[: held + 1], peak) if touching else radii[held]
+            point["contact_radius"], point["scale"] = scale * edge, scale
             point["level"], point["nodes"] = 0, mesh.n
+            if wanted > 0:  # as below: in a stiff contact the force grows manifold between two nodes
+                mean = 0.5 * (last["force_rate"] + point["force_rate"])
+                bend = abs(force - last["force"] - (point["along"] - last["along"]) * mean)
+                bent = bend > controls.bend * max(abs(last["force"]), largest) and tries < _MOST_TRIES
+        if found and not bent:
             gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
             if count == _FAR_POINTS:
                 _far_apart(law, interface.exponent, points)
-            count, before, tries = count + 1, held, 0
-            if held == edge_node or count == points.size:
+            arrived = contact.gap[held] <= peak
+            count, before, tries, largest, part = count + 1, held, 0, max(largest, force), min(2.0 * part, 1.0)
+            if (held == edge_node and arrived) or count == points.size:
                 break
             step = min(1.5 * step, _OPEN_STEP * controls.step)
             if contact.gap[0] <= peak:
-                wanted = held + 1
+                wanted = held + 1 if arrived else held
                 for k in range(strides, 0, -1):
                     node = np.int64(np.round(edge_node * k / strides))
-                    wanted = node if node > held else wanted
+                    wanted = node if node > held and arrived else wanted
         else:
             work[REJECTIONS] += 1
             tries += 1
-            if count == _FAR_POINTS or tries > _MOST_TRIES or wanted == before + 1 or is_spent(work):
+            stuck = not bent and (tries > _MOST_TRIES or 0 < wanted <= before + 1)
+            if count == _FAR_POINTS or stuck or is_spent(work):
                 return count, False
             held = before
             _restore(interface, mesh, gaps[count - 1], held, False, contact)
             step *= 0.5
+            part *= 0.5 if 0 < wanted <= before + 1 else 1.0
             wanted = (before + wanted + 1) // 2
         if wanted == 0:
             gap = 1.0 + (contact.gap[0] - 1.0) * np.exp(-step)
             gap = gap if gap - 1.0 > (1.0 + 0.4 * step) * (peak - 1.0) else peak
             change = gap - contact.gap[0]
         else:
-            gap = peak
-            change = (peak - contact.gap[wanted]) / contact.rate[wanted]
+            gap = contact.gap[wanted] + part * (peak - contact.gap[wanted]) if part < 1.0 else peak
+            change = (gap - contact.gap[wanted]) / (contact.rate[wanted] if wanted != held else 1.0)
         depth = points[count - 1]["indentation"] + contact.rate[held] * change
         for j in range(mesh.n):
             if j == held:

@@ -43,6 +43,7 @@ _MOST_SOLUTIONS = 20  # for one step
 _BALANCED = 0.01  # error of the force in a step, over what its prediction may err
 _SETTLED = 0.1  # the same of the indentation
 _REJECTED = 1.5  # error of a prediction, over the allowed one, from which the step is tried again
+_ROUNDING = 1e-14  # a shorter step, over its segment, does not change the time
 _PARABOLA = 3  # records that the next is predicted from
 _FIRST_REACH = 0.5  # of the row of elements, below which it is made anew for the contact that was found
 
@@ -265,6 +266,8 @@ def _solve(
         slope = device.inward + device.compliance * 2.0 / (np.pi * places.tabor) * stiffness * max(
             radius, 0.05 * places.spacing
         )
+        if radius == 0.0 and slope > 2.0 * device.inward > 0.0:  # a sphere that flies, whatever it will touch
+            slope = device.inward
         if excess < 0.0:
             low = found
         else:
@@ -274,7 +277,7 @@ def _solve(
         if settled and abs(excess) <= _BALANCED * rules.allowed * device.compliance * max(rules.force_scale, -force):
             break
         before, found = found, found + change
-        if not low < found < high:
+        if found != before and not low < found < high:
             found = 0.5 * (low + high)
         if found == before or (can_shrink and (low > guess + reach or high < guess - reach)):
             break
@@ -363,5 +366,6 @@ def follow_elements(
             work[NODES] += n
             segment_steps[k] += 1
             step = min(step * min(max(change, 0.3), 3.0), rules.longest_step * duration)
+            step = max(step, _ROUNDING * duration)
     states = records.states[: records.filled[0]]
     return Marched(states, np.empty(0, JUMP), work, segment_steps, np.zeros(2), outcome, np.empty(0, PROFILE))

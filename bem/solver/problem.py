@@ -117,7 +117,7 @@ def problem_of(
     if strengths.size > 0 and _presses_again(path):
         controls = controls._replace(prediction=_DENT * controls.prediction)
     series = kernel_series() if in_python(moves)(grid) else np.empty((0, 0))
-    glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor, shape)) / k
+    glassy_hertz = float(hertz.force_from_indentation(deepest, tabor, shape)) / k
     force_scale = max(3e-2 * abs(glassy_hertz) * k, 1e-12) if hard else 1.0
     # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
     force_weight = min(max(2.0, 0.2 / k), 20.0)
@@ -131,9 +131,15 @@ def problem_of(
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
         force_error=_NOISE * controls.prediction / force_weight,
-        least_force=1.05 * glassy_hertz - 2.0 * _most_tension(scene) / k,
+        least_force=least_force(scene, deepest),
         audit=audit,
     )
+
+
+def least_force(scene: Scene, deepest: float) -> float:
+    """Lower bound of the force in any history up to the indentation `deepest`: that of the glassy solid."""
+    pressed = float(hertz.force_from_indentation(deepest, scene.tabor, scene.exponent))
+    return (1.05 * pressed - 2.0 * _most_tension(scene)) / scene.material.modulus_ratio
 
 
 def deepest_indentation(scene: Scene, path: Path) -> float:

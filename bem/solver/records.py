@@ -41,6 +41,7 @@ ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, NODES, UNSTABLE, MULTIP
 MOST_WORK, MOST_OF_A_DRAFT = 3e11, 3e10
 """Budgets of one simulation, in multiply-adds: about a minute, and a few seconds, of one core."""
 COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED, INTERRUPTED = 0, 1, 2, 3, 4, 5
+NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED = 6, 7, 8
 _UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
 
 
@@ -61,7 +62,7 @@ class Marched(NamedTuple):
     work: np.ndarray  # one of each of `COUNTS`
     segment_steps: np.ndarray  # (s - 1,) int64: steps of each segment
     energies: np.ndarray  # (2,): stored at the beginning and at the end, of an elastic contact
-    outcome: int  # COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED or INTERRUPTED
+    outcome: int  # COMPLETED, or one of the other numbers from NO_EQUILIBRIUM to NOT_BALANCED
     profiles: np.ndarray = np.empty(0, PROFILE)  # (p,), one profile after the other
 
 
@@ -179,12 +180,13 @@ def profiles_of(rows: np.ndarray, instants: np.ndarray, tabor: float, exponent: 
     return Profiles(instants[: len(parts)], depth, force, *table, tabor, exponent)
 
 
-def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def with_peaks(records: np.ndarray, unloading: np.ndarray, highest: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
     """Insert the top of every local maximum of the force.
 
     Args:
         records: (n,) of `RECORD`; a jump is two rows at one time.
         unloading: (n,) bool, carried along.
+        highest: force beyond which no top can be.
 
     Returns:
         records (n + peaks,) and unloading (n + peaks,).
@@ -198,7 +200,7 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
     for i in tops:
         first = i - 2 if i >= 2 and smooth[i - 2] else i - 1
         found = _top((time[first : i + 2] - time[i]).tolist(), (force[first : i + 2] - force[i]).tolist())
-        if found is None:
+        if found is None or force[i] + found[1] > highest:
             continue
         after, rise = found
         side = i - 1 if after < 0.0 else i + 1

@@ -33,7 +33,8 @@ from bem.scene import Scene
 from bem.small_effects import Lighter, lighter_scene
 from bem.solver.elastic_trajectory import march_elastic
 from bem.solver.hard_contact import follow_hard_contact
-from bem.solver.problem import Path, problem_of
+from bem.solver.physical_bounds import most_tension, within_bounds
+from bem.solver.problem import Path, deepest_indentation, least_force, problem_of
 from bem.solver.records import (
     COMPLETED,
     DETACHED,
@@ -41,7 +42,10 @@ from bem.solver.records import (
     MOST_OF_A_DRAFT,
     MOST_WORK,
     NO_EQUILIBRIUM,
+    NOT_BALANCED,
+    NOT_FINITE,
     OUT_OF_WORK,
+    TOO_MUCH_TENSION,
     UNPHYSICAL,
     Marched,
     columns_of,
@@ -65,8 +69,11 @@ REASONS = {
     UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
     DETACHED: "detached: no contact bears the prescribed force",
     INTERRUPTED: "interrupted",
+    NOT_FINITE: "a number of the history is not finite; try a tighter accuracy",
+    TOO_MUCH_TENSION: "tension beyond what the adhesion allows; try a tighter accuracy",
+    NOT_BALANCED: "work beyond what the contact stores and loses; try a tighter accuracy",
 }
-_LAST = (COMPLETED, OUT_OF_WORK, DETACHED)  # outcomes that a finer mesh would not change
+_RETRIED = (NO_EQUILIBRIUM, UNPHYSICAL, NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED)  # by time steps, on finer meshes
 
 
 def simulate(
@@ -127,7 +134,9 @@ def simulate(
             result, rung = interruptible(follow_hard_contact, *request)
         else:  # over before a thread has begun
             result, rung = follow_hard_contact(*request, np.zeros(1, np.uint8))
-        return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
+        result = _checked(result, scene, path, target.target)
+        if result.outcome not in _RETRIED:
+            return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
     instants = np.empty(0)
     if isinstance(profiles, Integral):
         count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
@@ -167,9 +176,15 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
         result = interruptible(lambda _: march_elastic(scene, path, target, *prescribed(path), budget))
     except MemoryError as error:
         return _not_started(str(error), target.target, 0)
-    if result.outcome == NO_EQUILIBRIUM:
+    result = _checked(result, scene, path, target.target)
+    if result.outcome in _RETRIED:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
+
+
+def _checked(result: Marched, scene: Scene, path: Path, target: float) -> Marched:
+    """The result, whose outcome says so where it breaks a bound."""
+    return within_bounds(result, scene, least_force(scene, deepest_indentation(scene, path)), target)
 
 
 def _followed(
@@ -193,13 +208,14 @@ def _followed(
             break
         started = time.perf_counter()
         result = march(problem, *prescribed(path), instants, glassy, budget - spent, stop)
+        result = _checked(result, scene, path, wanted)
         seconds += time.perf_counter() - started
         spent += work_by_name(result.work)["multiply_adds"]
         aim, attempts = wanted, refinement + 1
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
-        if stop[0] or result.outcome in _LAST:
+        if stop[0] or result.outcome not in _RETRIED:
             break
-    failed = attempts - (result.outcome in _LAST)
+    failed = attempts - (result.outcome not in _RETRIED)
     found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
         found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
@@ -271,7 +287,7 @@ def _trajectory(
         if scene.spring is not None:  # the corners of the path and its end are those of the stage
             records["indentation"] = path.indentation_at(records["time"])
         if rung == "boundary elements":
-            records, unloading = with_peaks(records, unloading)
+            records, unloading = with_peaks(records, unloading, most_tension(scene) * (1.0 + target))
     attraction = 1.0
     if scene.indenter is not None:
         gap = 1.0 - min(float(records["indentation"][-1]), 0.0)

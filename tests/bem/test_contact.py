@@ -71,3 +71,16 @@ def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
     assert (contact.time, contact.indentation) == before
     assert np.isfinite(contact.advance(1.0, indentation=0.0))
     assert contact.status == "completed"
+
+
+@pytest.mark.parametrize("step", [{"indentation": 20.0}, {"force": -60.0}, {"force": 50.0}], ids=str)
+def test_a_failed_step_leaves_the_state_exactly(step, monkeypatch):
+    """Also where the steps before were taken again on a larger mesh: here its budget ends the step."""
+    contact = Contact(Scene(0.5, SLS), "draft", deepest=1.0)
+    contact.advance(1.0, indentation=0.5)
+    before = contact.time, contact.indentation, contact.force, contact.contact_radius
+    with monkeypatch.context() as context:
+        context.setattr("bem.contact.MOST_WORK", 2e6)
+        assert np.isnan(contact.advance(1.0, **step))
+    assert (contact.time, contact.indentation, contact.force, contact.contact_radius) == before
+    assert np.isfinite(contact.advance(1.0, indentation=0.4))

@@ -33,6 +33,14 @@ def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
     assert abs(wide / expected - 1.0) > 2.0 * abs(narrow / expected - 1.0)
 
 
+@pytest.mark.parametrize(("accuracy", "error"), [("draft", 1.7e-2), ("standard", 4e-3), (1e-3, 1e-3)])
+@pytest.mark.parametrize("width", [0.4, 1.0])
+def test_small_tabor_parameters_tend_to_bradley(width, accuracy, error):
+    for tabor in (1e-5, 1e-3):
+        trajectory = run(tabor, ConstantStress(width), accuracy=accuracy, protocol=ramps(1.0, 1.0, 0.0, 1.0, -5.0))
+        assert trajectory.force.max() == pytest.approx(2.0, rel=error), tabor
+
+
 def deviation(tabor, law):
     """Largest deviations from Maugis while the contact opens: of the force, in units of the larger of the force and the
     pull-off force, and of the contact radius."""

@@ -87,3 +87,22 @@ def test_a_load_that_grows_from_zero_takes_few_steps(power):
     assert found.completed
     assert found.stats.steps < 300
     assert found.indentation[-1] == pytest.approx(begun.indentation[-1], rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_soft_spring_gives_numbers(seed):
+    rng = np.random.default_rng(seed)
+    tabor, k, spring = 10.0 ** rng.uniform([-3.3, -3.2, -1.5], [-0.5, -0.3, 0.5])
+    protocol = PiecewiseLinearProtocol(np.append(0.0, np.cumsum(10.0 ** rng.uniform(-2, 1, 4))), rng.uniform(-2, 5, 5))
+    trajectory = simulate(Scene(tabor, StandardLinearSolid(k), HardContact(), spring=spring), protocol)
+    assert trajectory.completed
+    assert np.all(np.isfinite(trajectory.force + trajectory.indentation + trajectory.contact_radius))
+    assert trajectory.stats.rung == "elements"
+
+
+def test_a_sphere_flies_behind_a_soft_spring():
+    material = PronySeries([0.02, 0.34, 0.02], [0.3, 0.5, 4.3])
+    scene = Scene(3.5e-4, material, HardContact(), spring=0.14, indenter=PowerLaw(7.0))
+    trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, 0.7, -4.0]), "draft", most_work=1e8)
+    assert trajectory.completed
+    assert trajectory.stats.rung == "elements"
