@@ -8,27 +8,10 @@ SHELL := /bin/bash
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
-# What a user may set. It reaches the shell and names files, so that it is plain words: several of NAMES, else one.
-NAMES := ONLY MORE_MODELS PRETRAINED
-SETTINGS := $(NAMES) MODEL RECIPE EPOCHS JOBS COUNT EXTRA OUT PUBLISHED CONFIGS SMOKE SCRATCH REPORT VENV TEST_WORKERS \
-	BUSY HOURS START DEMO_MODEL DEMO_PORT
-UNPLAIN := ; & | < > ( ) { } [ ] * ? ! ' " ` \ % : = $$ \#
-faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $(subst [$(strip $(2))],,[$(2)]) \
-	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \
-	$(filter-out 1,$(words $(if $(filter $(1),$(NAMES)),$(firstword $(2)),$(2))))
-$(foreach name,$(SETTINGS),$(if $(filter command environment,$(firstword $(origin $(name)))),$(if $(strip \
-	$(call faults,$(name),$(value $(name)))),$(error $(name) must be $(if $(filter $(name),$(NAMES)),plain words,a plain word) without signs of the \
-	shell; received '$(strip $(value $(name)))'))))
-
 VENV := .venv
 PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
 SMALL := $(shell grep -s small $(INSTALLED))
-# The programs of another checkout's environment run its code, and a link to any environment is not ours to install into.
-OWNER := $(or $(shell cat $(VENV)/lib/python*/site-packages/__editable__.contact_trajectories-*.pth 2>/dev/null),$(if \
-	$(wildcard $(VENV)/pyvenv.cfg),$(filter-out $(abspath $(VENV)),$(realpath $(VENV)))))
-$(if $(filter-out help help-all clean demo demo-build,$(or $(MAKECMDGOALS),help)),$(if $(filter-out $(CURDIR),$(OWNER)),$(error \
-	$(VENV) must be an environment of this checkout; received one of $(OWNER); remove $(VENV) and run `make setup`)))
 
 # Folders of results and of published files; `make smoke` and `make paper-from-scratch` choose others.
 OUT ?= results
