@@ -7,6 +7,8 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
+# What a rule runs says itself what it makes, or `echo` does.
+.SILENT:
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -48,6 +50,8 @@ LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
 figures: $(PAPER_FIGURES)  ## Every figure of the paper whose inputs are published
 tables: $(PAPER_TABLES)  ## Every table of the paper
+figures tables:
+	echo "All are in $(OUT)/$@"
 report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper, and ours
 	$(PY) -m paper_figures.report.write $(PLACES) --out $(or $(REPORT),REPRODUCTION.md)
 
@@ -59,6 +63,7 @@ COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-p
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
+	$(if $(filter $@,$(MAKECMDGOALS)),cat $<)
 
 F := $(OUT)/figures
 T := $(OUT)/tables
@@ -246,6 +251,7 @@ lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
 	$(LOCK) requirements.lock $(GROUPS) pyproject.toml
 	echo 'setuptools>=77' | $(LOCK) requirements-small.lock --no-annotate --extra tables --constraint requirements.lock pyproject.toml -
 clean:  ## Remove caches and build files; never results/, published/ or .venv
+	echo "Removing caches and build files"
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune -o -type d -name __pycache__ -exec rm -rf {} +
 
@@ -256,8 +262,10 @@ docs/gallery/.solver: $(SOLVER)
 	rm -rf $(@D) && mkdir -p $(@D) && touch $@
 docs: setup docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
 	@$(PY) -m bem compile > /dev/null  # so that no tutorial shows that it compiles
+	echo "Building build/site"
 	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 docs-numbers: setup  ## Write the published numbers into all documents
+	echo "Writing numbers into the documents"
 	$(PY) tools/fill.py
 readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
 	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex

@@ -72,6 +72,10 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
         "M1-concat     489,473      3.00e-05                 2.50 %                   1.25 %  errors only, no weights",
         "M1-gated      144,899                                                                not trained",
     ]
+    (elsewhere / "PUBLISHED").rename(elsewhere / "other")  # as in an installation from a wheel
+    listed = runner.invoke(cli.app, ["list"]).output
+    assert "in published/models of the repository, not in this installation" in listed
+    assert "not trained" not in listed
     assert [line.split()[0] for line in lines[2:-2]] == ["mine", "M1-FiLM", "M1-concat", *names()[2:]]
     assert lines[-2].startswith("Predicts here: onnxruntime ")
     assert "?" not in result.output
