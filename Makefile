@@ -267,8 +267,11 @@ docs: setup docs/gallery/.solver  ## Build the documentation into build/site, wi
 docs-numbers: setup  ## Write the published numbers into all documents
 	echo "Writing numbers into the documents"
 	$(PY) tools/fill.py
-readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
-	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
+readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide
+	$(VENV)/bin/bem simulate --peak-indentation 5 --loading-rate 10 --dwell-time 0.5 --unloading-rate 10 \
+		--filmstrip docs/images/contact.png --animate docs/images/contact.gif
+	$(VENV)/bin/bem simulate --plot docs/images/first-trajectory.png
+	$(VENV)/bin/surrogate predict accurate --check --plot docs/images/first-prediction.png
 	cp $(addprefix $(OUT)/figures/,figure-effects.png figure-accuracy-cost.png) docs/images/
 	$(VENV)/bin/bem fit examples/measured_tissue.csv --radius 18.64um --stiffness 0.010951N/m --force-sign compression \
 		--plot docs/images/measured-tissue.png
