@@ -1,6 +1,7 @@
 """The targets of the Makefile: what they are named, what they run, what they are made from, and what they refuse."""
 
 import inspect
+import os
 import re
 import shutil
 import subprocess
@@ -198,6 +199,23 @@ def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
     assert rest[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
     assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", rest[-1])
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_on_a_terminal_packages_are_counted(fails, python, tmp_path):
+    """What pip prints is kept back, unless it fails."""
+    pip = 'echo "Collecting a"; sleep 1.5' + ("; exit 3" if fails else "")
+    python.write_text(python.read_text(encoding="utf-8").replace('echo "$@"', f"{{ {pip}; }}"), encoding="utf-8")
+    (tmp_path / "scratch").mkdir()
+    reader, terminal = os.openpty()
+    words = ("make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}")
+    environment = os.environ | {"TMPDIR": f"{tmp_path}/scratch"}
+    done = subprocess.run(words, cwd=ROOT, env=environment, stdout=terminal, stderr=terminal, check=False)
+    printed = os.read(reader, 10_000).decode()
+    assert (done.returncode != 0) == fails
+    assert re.search(r"\r  1 of \d+ downloaded, 0 installed, \d+ s left", printed)
+    assert ("ready" in printed) != fails
+    assert not list((tmp_path / "scratch").iterdir())
 
 
 def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path):

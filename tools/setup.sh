@@ -25,15 +25,15 @@ pip() { "$venv/bin/python" -m pip install --disable-pip-version-check --require-
 count() {  # what pip has downloaded and installed, and the seconds left if it goes on as until now
     while sleep 1; do
         downloaded=$(grep -cE '^Collecting' "$log" || true)
-        installed=$(find "$venv"/lib/python*/site-packages -maxdepth 1 -name '*.dist-info' | wc -l)
-        printf '\r  %d of %d downloaded, %d installed, %d s left  ' "$downloaded" "$total" "$installed" \
-            $((SECONDS * (2 * total - downloaded - installed) / (downloaded + installed + 1)))
+        installed=$(find "$venv"/lib/python*/site-packages -maxdepth 1 -name '*.dist-info' 2>/dev/null | wc -l || true)
+        left=$((SECONDS * (2 * total - downloaded - installed) / (downloaded + installed + 1)))
+        printf '\r  %d of %d downloaded, %d installed, %d s left  ' "$downloaded" "$total" "$installed" $((left > 0 ? left : 0))
     done
 }
 if [ -t 1 ]; then
     log=$(mktemp)
     count &
-    trap 'kill $! 2>/dev/null; rm -f "$log"' EXIT
+    trap 'kill $! 2>/dev/null || true; rm -f "$log"' EXIT
     pip > "$log" || { printf '\n'; tail -n 20 "$log"; exit 1; }
     kill $!
     printf '\n'
