@@ -7,28 +7,13 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
-
-# What a user may set. It reaches the shell and names files, so that it is plain words: several of NAMES, else one.
-NAMES := ONLY MORE_MODELS PRETRAINED
-SETTINGS := $(NAMES) MODEL RECIPE EPOCHS JOBS COUNT EXTRA OUT PUBLISHED CONFIGS SMOKE SCRATCH REPORT VENV TEST_WORKERS \
-	BUSY HOURS START DEMO_MODEL DEMO_PORT
-UNPLAIN := ; & | < > ( ) { } [ ] * ? ! ' " ` \ % : = $$ \#
-faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $(subst [$(strip $(2))],,[$(2)]) \
-	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \
-	$(filter-out 1,$(words $(if $(filter $(1),$(NAMES)),$(firstword $(2)),$(2))))
-$(foreach name,$(SETTINGS),$(if $(filter command environment,$(firstword $(origin $(name)))),$(if $(strip \
-	$(call faults,$(name),$(value $(name)))),$(error $(name) must be $(if $(filter $(name),$(NAMES)),plain words,a plain word) without signs of the \
-	shell; received '$(strip $(value $(name)))'))))
+# What a rule runs says itself what it makes, or `echo` does.
+.SILENT:
 
 VENV := .venv
 PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
 SMALL := $(shell grep -s small $(INSTALLED))
-# The programs of another checkout's environment run its code, and a link to any environment is not ours to install into.
-OWNER := $(or $(shell cat $(VENV)/lib/python*/site-packages/__editable__.contact_trajectories-*.pth 2>/dev/null),$(if \
-	$(wildcard $(VENV)/pyvenv.cfg),$(filter-out $(abspath $(VENV)),$(realpath $(VENV)))))
-$(if $(filter-out help help-all clean demo demo-build,$(or $(MAKECMDGOALS),help)),$(if $(filter-out $(CURDIR),$(OWNER)),$(error \
-	$(VENV) must be an environment of this checkout; received one of $(OWNER); remove $(VENV) and run `make setup`)))
 
 # Folders of results and of published files; `make smoke` and `make paper-from-scratch` choose others.
 OUT ?= results
@@ -65,6 +50,8 @@ LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
 figures: $(PAPER_FIGURES)  ## Every figure of the paper whose inputs are published
 tables: $(PAPER_TABLES)  ## Every table of the paper
+figures tables:
+	echo "All are in $(OUT)/$@"
 report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper, and ours
 	$(PY) -m paper_figures.report.write $(PLACES) --out $(or $(REPORT),REPRODUCTION.md)
 
@@ -76,6 +63,7 @@ COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-p
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
+	$(if $(filter $@,$(MAKECMDGOALS)),cat $<)
 
 F := $(OUT)/figures
 T := $(OUT)/tables
@@ -263,6 +251,7 @@ lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
 	$(LOCK) requirements.lock $(GROUPS) pyproject.toml
 	echo 'setuptools>=77' | $(LOCK) requirements-small.lock --no-annotate --extra tables --constraint requirements.lock pyproject.toml -
 clean:  ## Remove caches and build files; never results/, published/ or .venv
+	echo "Removing caches and build files"
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune -o -type d -name __pycache__ -exec rm -rf {} +
 
@@ -273,11 +262,16 @@ docs/gallery/.solver: $(SOLVER)
 	rm -rf $(@D) && mkdir -p $(@D) && touch $@
 docs: setup docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
 	@$(PY) -m bem compile > /dev/null  # so that no tutorial shows that it compiles
+	echo "Building build/site"
 	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 docs-numbers: setup  ## Write the published numbers into all documents
+	echo "Writing numbers into the documents"
 	$(PY) tools/fill.py
-readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
-	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
+readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide
+	$(VENV)/bin/bem simulate --peak-indentation 5 --loading-rate 10 --dwell-time 0.5 --unloading-rate 10 \
+		--filmstrip docs/images/contact.png --animate docs/images/contact.gif
+	$(VENV)/bin/bem simulate --plot docs/images/first-trajectory.png
+	$(VENV)/bin/surrogate predict accurate --check --plot docs/images/first-prediction.png
 	cp $(addprefix $(OUT)/figures/,figure-effects.png figure-accuracy-cost.png) docs/images/
 	$(VENV)/bin/bem fit examples/measured_tissue.csv --radius 18.64um --stiffness 0.010951N/m --force-sign compression \
 		--plot docs/images/measured-tissue.png

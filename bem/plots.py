@@ -42,7 +42,7 @@ TIME_LABEL = r"time $t/\tau$"
 INDENTATION_LABEL = r"indentation $\delta/h_0$"
 STRETCHED = ", each phase to a scale of its own"
 MOST_FORCES = 4
-"""Forces named in a title, which has to fit over the picture."""
+"""Forces or indentations named in a title, which has to fit over the picture."""
 POINTS_BETWEEN = 7
 """Points drawn between two records."""
 
@@ -234,9 +234,12 @@ def title_of(scene: Any, protocol: Any) -> str:
         material += f" of modulus ratio {scene.material.modulus_ratio:g}"
     contact = f"Tabor parameter {scene.tabor:g}, {material}"
     if not hasattr(protocol, "peak_indentation"):
-        forces = [f"{force:g} at {time:g}" for time, force in zip(protocol.times, protocol.forces, strict=True)]
-        more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
-        return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
+        control = "forces" if hasattr(protocol, "forces") else "indentations"
+        values = [
+            f"{value:g} at {time:g}" for time, value in zip(protocol.times, getattr(protocol, control), strict=True)
+        ]
+        more = f", ... ({len(values)} in all)" if len(values) > MOST_FORCES else ""
+        return f"{contact}\n{control} {', '.join(values[:MOST_FORCES])}{more}"
     return (
         f"{contact}\nindented to {protocol.peak_indentation:g} at rate "
         f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"

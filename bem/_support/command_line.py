@@ -16,6 +16,9 @@ from bem._support.wording import shortened
 
 FAILURES = ("RuntimeError", "CampaignError", "FitError")
 """Errors by which a study, a campaign or a fit says that it did not complete; by name, since they load libraries."""
+FIRST_TABOR = 1.0
+FIRST_PROTOCOL = {"peak_indentation": 5.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 200.0}
+"""A contact to begin with, where the user describes none: the paper's sample protocol (1)."""
 LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
 
@@ -118,6 +121,11 @@ def sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
     return shortened(str(error), LONGEST)
+
+
+def first_default(name: str) -> str:
+    """What the help of an option says of its value in the first protocol."""
+    return f"{FIRST_PROTOCOL[name]:g} where no protocol is given"
 
 
 def parse_accuracy(text: str) -> str | float:

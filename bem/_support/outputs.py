@@ -9,10 +9,13 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from bem._support.interruption import undo, whole
 from bem._support.wording import shown
@@ -74,6 +77,12 @@ class Outputs:
             yield self._parts[path][1] if path in self._parts else path
         self._written.add(path)
 
+    @property
+    def sentence(self) -> str:
+        """Which files were written, for the user; empty where none was."""
+        names = [str(path) for path in self._parts if path in self._written]
+        return f"Written: {', '.join(names)}" if names else ""
+
     def _reserve(self, path: Path) -> None:
         with _refusals(path):
             if path.is_dir() or not path.absolute().parent.is_dir():
@@ -115,6 +124,19 @@ class Outputs:
             part.unlink(missing_ok=True)
         if self._discard in undo:
             undo.remove(self._discard)
+
+
+def default_picture(name: str, *requested: Any) -> Path | None:
+    """A new file in this folder for the picture of a command that was asked for no output, if a terminal shows it.
+
+    Args:
+        name: Its name without suffix; where a file has that name, a number is added.
+        requested: The outputs that the user asked for.
+    """
+    if any(requested) or not sys.stdout.isatty() or not os.access(".", os.W_OK):
+        return None
+    names = (f"{name}{'' if number == 1 else f'-{number}'}.png" for number in count(1))
+    return next(Path(file) for file in names if not os.path.lexists(file))
 
 
 @contextmanager

@@ -27,7 +27,7 @@ UNITS = {
 }
 """The unit of each quantity; "" is a pure number."""
 _SYMBOLS = {"h0 ": "<i>h</i><sub>0</sub> ", "pi R dgamma": "π<i>R</i>Δγ"}  # of units, in HTML
-INSTALL = "install it with `pip install 'contact-trajectories[tables]'`"
+INSTALL = "install it with `pip install '.[tables]'` in a clone of the repository"
 
 
 class Column(NamedTuple):

@@ -1,4 +1,4 @@
-"""Words for people: quotes of user input in messages, with bounded length, and tables in Markdown."""
+"""Words for people: quotes of user input in messages, with bounded length, and tables in plain text and Markdown."""
 
 import reprlib
 from collections.abc import Sequence
@@ -21,6 +21,12 @@ def shown(value: Any) -> str:
         return shortened(_REPR.repr(value))
     except Exception:  # the repr of a foreign object may raise anything
         return f"an object of type {type(value).__name__}, which cannot be shown"
+
+
+def plain_table(rows: Sequence[Sequence[str]]) -> str:
+    """A table in aligned columns, the header among its rows."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("   ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
 def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:

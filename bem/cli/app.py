@@ -13,10 +13,30 @@ from typing import Annotated, Any
 import typer
 
 from bem import __version__
-from bem._support.command_line import add_version, parse_accuracy, run_command
-from bem._support.outputs import Outputs
+from bem._support.command_line import (
+    FIRST_PROTOCOL,
+    FIRST_TABOR,
+    add_version,
+    first_default,
+    parse_accuracy,
+    run_command,
+)
+from bem._support.outputs import Outputs, default_picture
+from bem._support.tabular import UNITS
+from bem._support.wording import plain_table
 from bem.cli import arguments, campaign, lab
-from bem.cli.arguments import STILL_ATTACHED, Adhesion, File, Indenter, Material, Number, Text, option, write
+from bem.cli.arguments import (
+    STILL_ATTACHED,
+    Adhesion,
+    File,
+    Indenter,
+    Material,
+    Number,
+    Text,
+    option,
+    say_written,
+    write,
+)
 
 app = typer.Typer(
     cls=lab.UnitGroup,
@@ -34,11 +54,21 @@ add_version(app, "bem", __version__)
 
 @app.command()
 def simulate(
-    tabor: Annotated[float, option("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")],
-    peak_indentation: Annotated[Number, option("Indentation held during the dwell, in h0.")] = None,
-    loading_rate: Annotated[Number, option("Speed of approach, in h0 per retardation time.")] = None,
-    unloading_rate: Annotated[Number, option("Speed of withdrawal, in h0 per retardation time.")] = None,
-    dwell_time: Annotated[float, option("Time at the peak, in retardation times.")] = 0.0,
+    tabor: Annotated[
+        float, option("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")
+    ] = FIRST_TABOR,
+    peak_indentation: Annotated[
+        Number, option("Indentation held during the dwell, in h0.", show_default=first_default("peak_indentation"))
+    ] = None,
+    loading_rate: Annotated[
+        Number, option("Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate"))
+    ] = None,
+    unloading_rate: Annotated[
+        Number, option("Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate"))
+    ] = None,
+    dwell_time: Annotated[
+        Number, option("Time at the peak, in retardation times.", show_default=f"{first_default('dwell_time')}, else 0")
+    ] = None,
     start_indentation: Annotated[
         Number, option("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
     ] = None,
@@ -56,14 +86,15 @@ def simulate(
     ] = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays as JSON.")] = False,
     csv: Annotated[File, option("Write time, indentation, force, contact radius, stage here.")] = None,
-    plot: Annotated[File, option("Draw force history and loop here (.png, .pdf, .svg).")] = None,
+    plot: Annotated[File, option(f"Draw force history and loop here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
     filmstrip: arguments.Filmstrip = None,
     animate: arguments.Animate = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, and print a summary.
 
-    Either a cycle is given (peak-indentation, loading-rate, unloading-rate), or times and forces. With --radius, all
-    quantities are in newtons, metres and seconds: `bem simulate-si --help` lists the options.
+    Give a cycle (peak-indentation, loading-rate, unloading-rate), or times and forces; without either, the paper's
+    sample protocol (1) is simulated. With --radius, all quantities are in newtons, metres and seconds:
+    `bem simulate-si --help` lists the options.
 
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
@@ -76,12 +107,20 @@ def simulate(
     from bem.solver.simulation import simulate as run
 
     scene = arguments.scene_of(tabor, material, adhesion, spring, indenter)
-    cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
+    cycle: dict[str, Any] = {
+        "peak_indentation": peak_indentation,
+        "loading_rate": loading_rate,
+        "unloading_rate": unloading_rate,
+    }
     protocol: Any
+    if {*cycle.values(), times, forces} == {None}:
+        cycle = FIRST_PROTOCOL
     if arguments.by_force(cycle, times, forces):
         protocol = ForceProtocol(arguments.parse_numbers("times", times), arguments.parse_numbers("forces", forces))
     else:
-        protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
+        held = {"dwell_time": cycle.get("dwell_time", 0.0) if dwell_time is None else dwell_time}
+        protocol = LoadingProtocol(**cycle | held, start_indentation=start_indentation)
+    plot = plot or default_picture("contact", as_json, csv, filmstrip, animate)
     arguments.require_pictures(plot, filmstrip, animate)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
         profiles = arguments.FRAMES if filmstrip or animate else None
@@ -101,7 +140,9 @@ def simulate(
                 typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
             else:
                 write(outputs, path, draw)
-    typer.echo(json.dumps(plain(trajectory.summary() | arrays)) if as_json else readable(trajectory))
+    heading = f"{title_of(scene, protocol)}\n\n"
+    typer.echo(json.dumps(plain(trajectory.summary() | arrays)) if as_json else heading + readable(trajectory))
+    say_written(outputs, err=as_json)
     if not trajectory.completed:
         raise typer.Exit(1)
 
@@ -131,31 +172,35 @@ def app_main() -> None:
 
 
 def readable(trajectory: Any) -> str:
-    """A short summary for people."""
-    stats = trajectory.stats
-    lines = [f"status           {trajectory.status}"]
+    """A short table for people, and what else there is to say."""
+    lines = []
     if trajectory.completed:
-        lines += [
-            f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}"
-            if trajectory.pull_off_force > 0.0
-            else "pull-off force   none",
-            f"max compression  {trajectory.max_compression:.5g}",
-            f"hysteresis       {trajectory.hysteresis:.5g}",
-            f"work             {work_words(trajectory)}",
-            f"end force        {trajectory.end_force:.5g}",
+        pulled, pressed = trajectory.pull_off_force > 0.0, trajectory.max_compression < 0.0
+        values = {
+            "pull-off force": ("pull_off_force", pulled),
+            "pull-off time": ("pull_off_time", pulled),
+            "largest compression": ("max_compression", pressed),
+            "hysteresis": ("hysteresis", True),
+            "end force": ("end_force", True),
+        }
+        rows = [("quantity (tension positive)", "value", "unit")]
+        rows += [
+            (words, f"{getattr(trajectory, name):.5g}" if exists else "none", UNITS[name])
+            for words, (name, exists) in values.items()
         ]
-        if trajectory.pull_off_force > 0.0 and not trajectory.detached:
-            lines.append(f"detached         no, {STILL_ATTACHED}")
+        lines = [plain_table(rows), ""]
+    if trajectory.status != "completed":
+        lines.append(f"status: {trajectory.status}")
+    lines += work_words(trajectory) if trajectory.completed else []
+    if trajectory.pull_off_force > 0.0 and not trajectory.detached:
+        lines.append(STILL_ATTACHED)
     lines += [
-        f"jump             at indentation {jump.indentation:.5g}{moved_words(jump)}: "
+        f"jump at indentation {jump.indentation:.5g}{moved_words(jump)}: "
         f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
         for jump in trajectory.jumps
     ]
-    lines.append(
-        f"cost             {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, {stats.nodes:.0f} nodes, "
-        f"target error {trajectory.accuracy:g}, {stats.multiply_adds:.3g} multiply-adds in {stats.attempts} "
-        f"attempt{'s' * (stats.attempts > 1)}, {stats.failed_attempts or 'none'} failed"
-    )
+    stats = trajectory.stats
+    lines.append(f"cost: {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, target error {trajectory.accuracy:g}")
     return "\n".join(lines)
 
 
@@ -163,14 +208,13 @@ def moved_words(jump: Any) -> str:
     """Where a jump takes the sphere, if elsewhere."""
     if math.isnan(jump.indentation_after):
         return " -> flown off"
-    return "" if jump.indentation_after == jump.indentation else f" -> {jump.indentation_after:.5g}"
+    before, after = f"{jump.indentation:.5g}", f"{jump.indentation_after:.5g}"
+    return "" if before == after else f" -> {after}"
 
 
-def work_words(trajectory: Any) -> str:
-    """The signed work, and what a negative one means."""
+def work_words(trajectory: Any) -> list[str]:
+    """What a negative work means, if there is one."""
     work = trajectory.work()
-    if work >= 0.0:
-        return f"{work:.5g}"
-    if -work <= trajectory.accuracy * trajectory.turnover():
-        return f"{work:.5g}: zero to the accuracy"
-    return f"{work:.5g}: the contact gave energy back; not dissipation"
+    if work >= 0.0 or -work <= trajectory.accuracy * trajectory.turnover():
+        return []
+    return [f"work {work:.5g} {UNITS['hysteresis']}: the contact gave energy back; not dissipation"]

@@ -38,6 +38,7 @@ Indenter = Annotated[str, option(INDENTER_HELP)]
 Material = Annotated[str, option(MATERIAL_HELP)]
 Filmstrip = Annotated[File, option("Draw the contact at its telling instants here (.png, .pdf, .svg).")]
 Animate = Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")]
+PICTURE = "On a terminal, a new contact.png by default."
 FRAMES = 80
 """Profiles of a film."""
 
@@ -66,6 +67,12 @@ def write(outputs: Outputs, path: File, what: Callable[[Path], Any]) -> None:
     if path is not None:
         with outputs.write(path) as part:
             what(part)
+
+
+def say_written(outputs: Outputs, *, err: bool = False) -> None:
+    """Tell the user which files were written."""
+    if outputs.sentence:
+        typer.echo(outputs.sentence, err=err)
 
 
 def parse_indenter(text: str) -> Any:
@@ -126,7 +133,9 @@ def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bo
         )
     missing = [name for name in cycle if name not in given]
     if forces is None and missing:
-        raise ValueError(f"{', '.join(missing)} must be given, or times and forces; received neither")
+        raise ValueError(
+            f"{', '.join(missing)} must be given, or times and forces; received {', '.join(given) or 'neither'}"
+        )
     return forces is not None
 
 

@@ -16,10 +16,21 @@ from typer.core import TyperGroup
 
 from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import say_what_is_kept
-from bem._support.outputs import IMAGES, Outputs, require_suffix
-from bem._support.wording import shown
+from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
+from bem._support.wording import plain_table, shown
 from bem.cli import arguments
-from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
+from bem.cli.arguments import (
+    MATERIAL_HELP,
+    File,
+    Material,
+    Text,
+    by_force,
+    entry_of,
+    option,
+    parse_material,
+    say_written,
+    write,
+)
 
 MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
@@ -91,9 +102,7 @@ def simulate_si(
     accuracy: Accuracy = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
     csv: Annotated[File, option("Write time, indentation, force and contact radius in SI here.")] = None,
-    plot: Annotated[
-        File, option("Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
-    ] = None,
+    plot: Annotated[File, option(f"Draw the curve here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
     filmstrip: arguments.Filmstrip = None,
     animate: arguments.Animate = None,
 ) -> None:
@@ -124,6 +133,7 @@ def simulate_si(
         protocol = setup.force_protocol(**pairs, force_sign=force_sign)
     else:
         protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
+    plot = plot or default_picture("contact", as_json, csv, filmstrip, animate)
     arguments.require_pictures(plot, filmstrip, animate)
     said = warnings.catch_warnings(record=True, action="always", category=EffectiveRangeWarning)
     with one_sentence("bem"), Outputs(csv, plot, filmstrip, animate) as outputs, said as warned:
@@ -142,22 +152,27 @@ def simulate_si(
         typer.echo(
             json.dumps(plain(curve.summary() | {"detached": curve.detached, "tabor": setup.physical_tabor} | arrays))
         )
+        say_written(outputs, err=True)
         return
-    lines = {
-        "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
-        "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)" if curve.pull_off_force > 0.0 else "none",
-        "indentation": f"{readable(float(curve.indentation.max()), 'm')} at most",
-        "compression": readable(-float(curve.tension.min()), "N") if curve.tension.min() < 0.0 else "none",
-        "contact radius": f"{readable(float(curve.contact_radius.max()), 'm')} at most",
-        "duration": readable(float(curve.time[-1]), "s"),
+    values = {
+        "pull-off force (tension)": (curve.pull_off_force, "N"),
+        "compression, at most": (-float(curve.tension.min()), "N"),
+        "indentation, at most": (float(curve.indentation.max()), "m"),
+        "contact radius, at most": (float(curve.contact_radius.max()), "m"),
+        "duration": (float(curve.time[-1]), "s"),
     }
+    rows = [["quantity", "value", "unit"]]
+    for quantity, (value, unit) in values.items():
+        rows.append([quantity, *(readable(value, unit).split(" ") if value > 0.0 or unit != "N" else ("none", unit))])
+    lines = [plain_table(rows), "", f"Tabor parameter {setup.physical_tabor:.4g}: {setup.regime}"]
     if curve.pull_off_force > 0.0 and not curve.detached:
-        lines["detached"] = f"no, {arguments.STILL_ATTACHED}"
+        lines.append(arguments.STILL_ATTACHED)
     if curve.contact_radius.max() > setup.radius:
-        lines["contact radius"] += ", more than the radius: no theory of a half-space holds; are the units right?"
+        lines.append("contact radius above the radius: no theory of a half-space holds; are the units right?")
     if setup.range_is_effective:
-        lines["effective range"] = f"{readable(setup.gap, 'm')}, Tabor parameter {setup.tabor:.3g}"
-    typer.echo("\n".join(f"{name:16} {text}" for name, text in lines.items()))
+        lines.append(f"effective range {readable(setup.gap, 'm')}, Tabor parameter {setup.tabor:.3g}")
+    typer.echo("\n".join(lines))
+    say_written(outputs)
 
 
 def fit(
@@ -212,6 +227,7 @@ def fit(
         write(outputs, out, lambda part: part.write_text(text, encoding="utf-8"))
         write(outputs, plot, result.plot)
     typer.echo(result.summary())
+    say_written(outputs)
 
 
 def fit_map(
@@ -256,6 +272,7 @@ def fit_map(
     typer.echo(f"{len(rows)} curves: " + ", ".join(f"{count} {name}" for name, count in fitted.most_common()))
     for reason, count in reasons.most_common():
         typer.echo(f"{count} without a fit: {reason}")
+    typer.echo(f"Written: {', '.join(map(str, filter(None, (out, plot))))}")
 
 
 def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from bem._support.validation import FloatArray
 from bem._support.wording import shown
 from bem.lab.units import ForceSign, factor
 
-INSTALL = "pip install 'contact-trajectories[lab]'"
+INSTALL = "`pip install '.[lab]'` in a clone of the repository"
 
 _TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 _NAMES = {"t": "time", "depth": "indentation", "position": "displacement", "stage": "displacement", "piezo": "height"}
@@ -139,7 +139,9 @@ def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = No
     try:
         import afmformats
     except ImportError as error:
-        raise ValueError(f"files such as {path} need afmformats ({INSTALL}); received a file that is no CSV") from error
+        raise ValueError(
+            f"files such as {path} need afmformats, from {INSTALL}; received a file that is no CSV"
+        ) from error
     # The library logs whole tracebacks, which Python prints to the terminal where nobody handles them.
     logging.getLogger("afmformats").addHandler(logging.NullHandler())
     try:

@@ -198,7 +198,7 @@ def stated(options: Mapping[str, Any]) -> list[str]:
 
 
 def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
-    """Write a result and say its numbers; if it has times, with the ratio of processor seconds to wall seconds.
+    """Write a result and say where; of a measurement its numbers, with the ratio of processor seconds to wall seconds.
 
     Args:
         out: The result file.
@@ -218,7 +218,8 @@ def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> No
         content = content | {"processor_share": share}
     write_result(place, study, content if out.parent.name == "studies" else plain(content))
     facts = {**content, **content.get("summary", {})}.items()
-    print(f"{place}:", ", ".join(f"{name} {one:.4g}" for name, one in facts if isinstance(one, int | float)))
+    numbers = ", ".join(f"{name} {one:.4g}" for name, one in facts if isinstance(one, int | float))
+    print(place if out.parent.name == "studies" else f"{place}: {numbers}")
     if believed:
         return
     doubt = (

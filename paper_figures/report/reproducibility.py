@@ -28,7 +28,29 @@ from surrogate.architectures.naming import paper_names
 
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
 """Headings of the statements, by the decision on their orders."""
+ANSWER = (
+    "held-out MSE of M1-concat",
+    "median pull-off force error",
+    "median hysteresis error",
+    "best model",
+    "orders of magnitude between solver and surrogate",
+)
+"""Rows of the report that answer for the paper."""
+VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable")
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
+
+
+def answer_text() -> str:
+    """The report in five lines: some of its rows, and how many numbers have each verdict."""
+    lines = (Path(__file__).parents[2] / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
+    rows = {name: cells for name, *cells in (line.strip("| ").split(" | ") for line in lines) if cells}
+    counts = ", ".join(f"{rows[verdict][0]} {verdict}" for verdict in VERDICTS)
+    compared = [
+        [name, rows[name][1], rows[name][2], next(cell for cell in rows[name] if cell.startswith("**"))]
+        for name in ANSWER
+    ]
+    table = markdown_table(["the paper's", "there", "here, by its recipe", "verdict"], compared)
+    return f"{table}\n\nAll numbers of the paper: {counts}."
 
 
 def forces_text(model_forces: Any) -> str:

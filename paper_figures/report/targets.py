@@ -25,6 +25,11 @@ def stages(published: Path) -> str:
     return markdown_table(["Stage", "Does", "Hours"], rows, "llr")
 
 
+def figure_minutes(target_minutes: Any) -> str:
+    """Minutes of all figures and tables."""
+    return f"{target_minutes['minutes']['figures tables']:.0f}"
+
+
 def minutes(target_minutes: Any) -> str:
     """Minutes of all figures and tables, and of the small run from scratch, as they were measured."""
     spent = target_minutes["minutes"]

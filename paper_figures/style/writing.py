@@ -78,7 +78,15 @@ class Table:
     def save(self, name: str, folder: Path) -> None:
         """Write `NAME.md`, `NAME.csv` and `NAME.tex`."""
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.md").write_text(f"{self.page()}\n", encoding="utf-8")
+        # `make` prints this one: columns stand under each other.
+        columns = [
+            [cell.replace(r"$\pm$", "±") for cell in column] for column in zip(self.header, *self.rows, strict=True)
+        ]
+        padded = ([cell.ljust(max(map(len, column))) for cell in column] for column in columns)
+        header, *rows = zip(*padded, strict=True)
+        caption = self.caption.replace(r"$\pm$", "±")
+        content = f"{markdown_table(header, rows)}\n\n{caption}\n"
+        (folder / f"{name}.md").write_text(content, encoding="utf-8")
         with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows([self.header, *self.rows])
         body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in self.rows)

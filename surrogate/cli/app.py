@@ -226,6 +226,8 @@ def evaluate(
     for quantity, values in summary(found).items():
         numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
         typer.echo(f"{quantity:<30} {numbers}")
+    if errors is not None:
+        typer.echo(outputs.sentence)
 
 
 app.command()(predict)

@@ -9,9 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.tabular import UNITS
+from bem._support.wording import plain_table
 from bem.trajectory import is_completed
+from surrogate.prediction.predicted import INTERVALS
 
 MOST_DRAWN = 12
+QUANTITIES = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
+WORDS = ("pull-off force", "pull-off time", "hysteresis", "largest compression")
 
 
 @dataclass
@@ -46,38 +51,42 @@ class Answer:
 
 
 def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
-    """Return one trajectory in a few lines: results, band, and errors where the solver was asked."""
-    interval = band = ""
+    """Return one trajectory as a table with units, then band, and errors where the solver was asked."""
+    intervals, notes = {}, []
     if found.pull_off_interval is not None:
         words = f"no band: outside the ranges that {found.model} was trained on"
         if not found.extrapolated:
-            low, high = found.pull_off_interval
-            interval = f" ({100 * found.coverage:g} % interval {low:.5g} to {high:.5g})"
+            intervals = {name: "{:.5g} to {:.5g}".format(*getattr(found, name)) for name in INTERVALS}
             half = sorted(0.5 * (found.force_upper - found.force_lower))
             words = (
                 f"{100 * found.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
                 f"the median, {half[-1]:.3g} at most; --out and --json give it"
             )
-        band = f", modulus ratio {found.modulus_ratio:g}\n  {words}"
-    line = (
-        f"trajectory {number}: pull-off force {found.pull_off_force:.5g}{interval} at time {found.pull_off_time:.5g}, "
-        f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
-    )
+        notes = [f"modulus ratio {found.modulus_ratio:g}; {words}"]
     if not found.completed:
         return f"trajectory {number}: {found.status}"
+    rows = [
+        ["quantity (tension positive)", "value", f"{100 * found.coverage:g} % interval" if intervals else "", "unit"]
+    ]
+    for words, name, interval in zip(WORDS, QUANTITIES, (*INTERVALS, ""), strict=True):
+        rows.append([words, f"{getattr(found, name):.5g}", intervals.get(interval, ""), UNITS[name]])
     if found.work() < 0.0:
-        line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
+        notes.append(f"work {found.work():.5g}: the contact gave energy back; not dissipation")
     if not found.detached:
-        line += ", still attached at the end: the pull-off force is the largest so far"
-    line += band
-    if check is None:
-        return line
+        notes.append("still attached at the end: the pull-off force is the largest so far")
+    if check is not None:
+        notes.append(check_words(check))
+    return "\n".join([plain_table(rows if intervals else [row[:2] + row[3:] for row in rows]), "", *notes]).rstrip()
+
+
+def check_words(check: dict[str, Any]) -> str:
+    """Return the errors of a prediction against the solver in a sentence."""
     if not is_completed(check["solver_status"]):
-        return f"{line}\n  against the solver: nothing to compare, it did not finish: {check['solver_status']}"
+        return f"against the solver: nothing to compare, it did not finish: {check['solver_status']}"
     other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
     material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""
     return (
-        f"{line}\n  against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
+        f"against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
         f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
         f"{check['hysteresis_percent']:.2f} % ({check['hysteresis_on_steps_percent']:.2f} %), "
         f"force by {100 * check['force_rms']:.2f} % of its range (rms)"

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bem._support.command_line import FIRST_PROTOCOL, FIRST_TABOR, first_default
+
 if TYPE_CHECKING:
     from surrogate.cli.predict_io import Table
     from surrogate.prediction.predictor import Surrogate
@@ -28,11 +30,24 @@ def predict(
     name: Annotated[
         str, typer.Argument(help="fast, accurate, name of a published model, folder (./NAME), or ONNX file.")
     ],
-    tabor: Annotated[float | None, typer.Option(help="Tabor parameter.")] = None,
-    peak_indentation: Annotated[float | None, typer.Option(help="Indentation during the dwell.")] = None,
-    loading_rate: Annotated[float | None, typer.Option(help="Rate of indentation in loading.")] = None,
-    dwell_time: Annotated[float | None, typer.Option(help="Duration of the dwell.")] = None,
-    unloading_rate: Annotated[float | None, typer.Option(help="Rate of indentation in unloading.")] = None,
+    tabor: Annotated[
+        float | None, typer.Option(help="Tabor parameter.", show_default=f"{FIRST_TABOR:g}, without --in")
+    ] = None,
+    peak_indentation: Annotated[
+        float | None,
+        typer.Option(help="Indentation during the dwell, in h0.", show_default=first_default("peak_indentation")),
+    ] = None,
+    loading_rate: Annotated[
+        float | None,
+        typer.Option(help="In h0 per retardation time.", show_default=first_default("loading_rate")),
+    ] = None,
+    dwell_time: Annotated[
+        float | None, typer.Option(help="In retardation times.", show_default=first_default("dwell_time"))
+    ] = None,
+    unloading_rate: Annotated[
+        float | None,
+        typer.Option(help="In h0 per retardation time.", show_default=first_default("unloading_rate")),
+    ] = None,
     source: Annotated[
         Path | None,
         typer.Option("--in", help="Protocols, .csv or .json; see the user's guide."),
@@ -45,7 +60,12 @@ def predict(
         bool, typer.Option("--steps", help="Also write the protocols of --in to .csv step by step.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Image of the force over time and over indentation.")] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Image of the force over time and over indentation. On a terminal, a new prediction.png by default."
+        ),
+    ] = None,
     check: Annotated[bool, typer.Option(help="Also run the solver, and report the errors.")] = False,
     modulus_ratio: Annotated[
         float | None,
@@ -64,13 +84,14 @@ def predict(
 ) -> None:
     """Predict the force of one protocol or of many.
 
-    The models fast and accurate take protocols on any standard linear solid, and give bands.
+    The models fast and accurate take protocols on any standard linear solid, and give bands. Without a protocol, the
+    paper's sample protocol (1) is predicted.
 
     Example: surrogate predict accurate --modulus-ratio 0.3 --tabor 1 --peak-indentation 20 --loading-rate 10
     --dwell-time 1 --unloading-rate 10 --check --plot prediction.png
     """
     import surrogate
-    from bem._support.outputs import IMAGES, Outputs, require_suffix
+    from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
     from bem.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
@@ -81,7 +102,12 @@ def predict(
     require_suffix(plot, IMAGES)
     if source is not None and out is not None and source.absolute() == out.absolute():
         raise ValueError(f"Expected --out to be another file than --in, which stays as it is. Received: {out} for both")
-    table = asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))
+    protocol: tuple[float | None, ...] = peak_indentation, loading_rate, dwell_time, unloading_rate
+    if source is None:
+        tabor = FIRST_TABOR if tabor is None else tabor
+        protocol = tuple(FIRST_PROTOCOL.values()) if protocol == (None,) * 4 else protocol
+    table = asked(source, (tabor, *protocol))
+    plot = plot or default_picture("prediction", as_json, out)
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
@@ -114,18 +140,21 @@ def predict(
                     write_trajectories(part, answers)
                 else:
                     write_protocols(part, table.columns, answers)
+        alone = len(answers) == 1 and model.modulus_ratio in (None, ratio)
+        title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
         if plot is not None:
             with outputs.write(plot) as part:
                 simulated = [one.simulated for one in answers] if check else None
-                alone = len(answers) == 1 and model.modulus_ratio in (None, ratio)
-                title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
                 plot_predictions(part, [one.found for one in answers], simulated, title)
     if as_json:
         typer.echo(to_json(answers))
     elif quiet:
-        typer.echo(f"{len(answers) - len(refused)} trajectories are predicted; {out} holds them")
+        typer.echo(f"{len(answers) - len(refused)} trajectories are predicted")
     for number, one in enumerate(() if as_json or quiet else answers):
+        typer.echo(f"{title or f'trajectory {number}'}\n")
         typer.echo(readable(number, one.found, one.check))
+    if outputs.sentence:
+        typer.echo(outputs.sentence, err=as_json)
     if refused:
         raise typer.Exit(1)
 

@@ -23,9 +23,11 @@ from surrogate.architectures.naming import (
     PARAMETER_COUNTS,
     names,
 )
+from surrogate.prediction.files import PUBLISHED
 
 # As in the report.
 COLUMNS = ("model", "parameters", "held-out MSE", "median pull-off error", "median hysteresis error", "training")
+NOT_INSTALLED = "in published/models of the repository, not in this installation"
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 
 
@@ -49,7 +51,8 @@ def model_table(roots: Sequence[Path]) -> str:
             words += [] if usable else ["errors only, no weights"]
             found.setdefault(path.parent.name, (*row, ", ".join(words)))
     rows = sorted(found.values(), key=lambda row: float(row[2]))
-    rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]
+    absent = "not trained" if PUBLISHED.is_dir() else NOT_INSTALLED
+    rows += [(name, _size(name), "", "", "", absent) for name in names() if name not in found]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
     title = "Errors over each model's own held-out trajectories, without `fast` and `accurate`, which know any solid:"
     lines = [title if found else "No model is published here."]
@@ -64,7 +67,7 @@ def installed() -> str:
     """Return two lines with the installed software for prediction and for training; nothing is imported."""
     onnx, keras, backend = _version("onnxruntime"), _version("keras"), _keras_backend()
     below = None if backend == "numpy" else _version(backend)
-    advice = "install them with `pip install 'contact-trajectories[train]'`"
+    advice = "install them with `pip install '.[train]'` in a clone of the repository"
     trains = f"keras {keras} on {backend} {below}"
     if below is None or keras is None:
         missing = f"{backend}, the backend of keras {keras}, is" if keras else "Keras and its backend are"

@@ -75,8 +75,9 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         raise ValueError(
             f"Unknown model name. Expected ./NAME for a folder, or one of {known}. Received: name={shown(name)}"
         )
+    elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(
-        f"Expected a trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
+        f"Expected a trained {name} in {' or '.join(map(str, roots))}; {elsewhere}`surrogate train {name}` trains it. "
         f"Received: a name without a model. Trained there: {', '.join(trained) or 'none'}"
     )
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 FILE_BATCH, KERAS_BATCH, NETWORK_BATCH = 256, 512, 128
 """Trajectories in a batch. Larger ones do not fit into the caches and are not faster."""
 
-TRAINING_EXTRA = "Keras is not installed; install it with `pip install 'contact-trajectories[train]'`"
+TRAINING_EXTRA = "Keras is not installed; install it with `pip install '.[train]'` in a clone of the repository"
 
 
 class Network:

@@ -1,17 +1,21 @@
 import json
+import re
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bem import ForceProtocol, LoadingProtocol, Scene
+from bem import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
+from bem._support.command_line import FIRST_PROTOCOL
 from bem.cli.app import app, readable
 from bem.cli.arguments import parse_material
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.plots import draw_trajectory, title_of
+from experiments.paper_numbers import paper_rows
 from tests.bem.test_trajectory import trajectory_of
 from tests.processes import succeeded
 
+KINDS = (ForceProtocol, PiecewiseLinearProtocol)
 CASE = {"tabor": "0.5", "peak-indentation": "2", "loading-rate": "10", "dwell-time": "0.1", "unloading-rate": "10"}
 
 
@@ -24,24 +28,53 @@ def invoke(*extra, **changes):
     return CliRunner().invoke(app, command(*extra, **changes))
 
 
-def test_the_summary_is_short_and_readable():
+def test_the_summary_is_a_table_with_units():
     lines = succeeded(app, command()).stdout.splitlines()
-    assert lines[0].split() == ["status", "completed"]
-    names = ["pull-off force", "max compression", "hysteresis", "work", "end force"]
-    assert [line.split("  ")[0] for line in lines[1:6]] == names
-    assert not any(line.startswith("detached") for line in lines)
-    assert lines[-1].startswith("cost ")
-    assert lines[-1].endswith(" multiply-adds in 1 attempt, none failed")
+    assert lines[0] == "Tabor parameter 0.5, standard linear solid of modulus ratio 0.1"
+    rows = [re.split(" {2,}", line) for line in lines[lines.index("") + 1 : -2]]
+    assert rows[0] == ["quantity (tension positive)", "value", "unit"]
+    assert {name: unit for name, _, unit in rows[1:]} == {
+        **dict.fromkeys(("pull-off force", "largest compression", "end force"), "pi R dgamma"),
+        "pull-off time": "retardation time",
+        "hysteresis": "h0 pi R dgamma",
+    }
+    assert lines[-1].startswith("cost: ")
+
+
+def test_without_options_it_is_the_first_sample():
+    sample = paper_rows("canonical_protocols")[0]
+    scene, protocol = (
+        Scene(1.0, StandardLinearSolid(0.1)),
+        LoadingProtocol(**{key: sample[key] for key in FIRST_PROTOCOL}),
+    )
+    data = json.loads(succeeded(app, ["simulate", "--json"]).stdout)
+    assert data["pull_off_force"] == simulate(scene, protocol).pull_off_force
+    longer = json.loads(succeeded(app, ["simulate", "--json", "--dwell-time", "2"]).stdout)
+    assert longer["time"][-1] == pytest.approx(data["time"][-1] + 1.0)
+
+
+def test_a_terminal_gets_a_picture_that_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "contact.png").write_bytes(b"of the user")
+    assert "Written" not in succeeded(app, command()).stdout
+    assert list(tmp_path.iterdir()) == [tmp_path / "contact.png"]
+    monkeypatch.setattr("typer.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
+    assert succeeded(app, command()).stdout.endswith("Written: contact-2.png\n")
+    assert (tmp_path / "contact-2.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "contact.png").read_bytes() == b"of the user"
+    for words in (["--json"], ["--csv", "a.csv"]):
+        succeeded(app, command(*words))
+    assert {path.name for path in tmp_path.iterdir()} == {"contact.png", "contact-2.png", "a.csv"}
 
 
 @pytest.mark.parametrize(
     ("changes", "beginning", "count"),
     [
-        ({"adhesion": "none"}, "pull-off force   none", 1),
+        ({"adhesion": "none"}, "pull-off force                none", 1),
         ({"tabor": "3", "material": "elastic", "peak_indentation": "1", "accuracy": "standard"}, "jump ", 2),
         (
             {"tabor": "3.2", "peak_indentation": "10", "dwell_time": "1"},
-            "detached         no, still attached at the end: the pull-off force is the largest so far",
+            "still attached at the end: the pull-off force is the largest so far",
             1,
         ),
     ],
@@ -67,12 +100,11 @@ def test_json_csv_and_plot_are_written(tmp_path):
 def test_negative_work_never_reads_as_dissipation():
     def work_line(force):
         loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])
-        (line,) = [line for line in readable(loop).splitlines() if line.startswith("work")]
-        return line
+        return [line for line in readable(loop).splitlines() if line.startswith("work")]
 
-    assert work_line(np.full(3, -5.0)) == "work             -10: the contact gave energy back; not dissipation"
-    assert work_line(np.full(3, 5.0)) == "work             10"
-    assert work_line(np.array([5.0, 0.0, -5.005])).endswith(": zero to the accuracy")
+    said = "work -10 h0 pi R dgamma: the contact gave energy back; not dissipation"
+    assert work_line(np.full(3, -5.0)) == [said]
+    assert work_line(np.full(3, 5.0)) == work_line(np.array([5.0, 0.0, -5.005])) == []
 
 
 def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_picture(tmp_path):
@@ -164,7 +196,7 @@ def test_the_title_of_a_picture_names_the_solid_and_fits_into_it():
     assert words == ["elastic", f"standard linear solid{ratios[0]}", f"Prony series{ratios[1]}"]
     trajectory = trajectory_of(range(3), [2.0, 1.0, 0.0], np.ones(3), unloading=[False, True, True])
     few, many = [-1.0, -5.0, 1.0], [0.123456789e-3 * place for place in range(400)]
-    for protocol in (cycle, *(ForceProtocol(range(len(forces)), forces) for forces in (few, many))):
+    for protocol in (cycle, *(kind(range(len(path)), path) for kind in KINDS for path in (few, many))):
         picture = draw_trajectory(trajectory, title_of(Scene(1.23456, StandardLinearSolid(0.123456)), protocol))
         picture.draw_without_rendering()
         across = picture._suptitle.get_window_extent()

@@ -34,7 +34,7 @@ def simulated(*flags, command="simulate", **changes):
 
 def test_simulate_with_a_radius_is_in_si_with_units_and_json_on_request(tmp_path):
     output = simulated(csv=tmp_path / "a.csv").output
-    assert "detached         no, still attached at the end" in output
+    assert "still attached at the end" in output
     assert "the pull-off force depends on the effective range" in output
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
@@ -164,7 +164,7 @@ def test_forces_in_place_of_a_cycle(tmp_path):
     assert plot.stat().st_size > 10_000
     assert "pull-off force" in output
     held = forces | {"forces": "0,-5e-6,-5e-6", "retardation_time": "1"}
-    assert "pull-off force   none" in simulated(**held).output
+    assert "pull-off force (tension)   none" in simulated(**held).output
     assert "are the units right?" in simulated(**held, modulus="20").output
     refused = CliRunner().invoke(app, ["simulate-si", *options(CONTACT | {"times": "0,1"})])
     assert "times and forces must be given together" in str(refused.exception)

@@ -72,6 +72,10 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
         "M1-concat     489,473      3.00e-05                 2.50 %                   1.25 %  errors only, no weights",
         "M1-gated      144,899                                                                not trained",
     ]
+    (elsewhere / "PUBLISHED").rename(elsewhere / "other")  # as in an installation from a wheel
+    listed = runner.invoke(cli.app, ["list"]).output
+    assert "in published/models of the repository, not in this installation" in listed
+    assert "not trained" not in listed
     assert [line.split()[0] for line in lines[2:-2]] == ["mine", "M1-FiLM", "M1-concat", *names()[2:]]
     assert lines[-2].startswith("Predicts here: onnxruntime ")
     assert "?" not in result.output
@@ -81,7 +85,11 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
     ("missing", "predicts", "trains"),
     [
         ((), r"onnxruntime [\d.]+", r"keras [\d.]+ on tensorflow [\d.]+"),
-        (("keras",), r"onnxruntime [\d.]+", r"nothing, because Keras and .*; install .*\[train\]'`"),
+        (
+            ("keras",),
+            r"onnxruntime [\d.]+",
+            r"nothing, because Keras and .*; install .*\[train\]'` in a clone of the repository",
+        ),
         (
             ("tensorflow",),
             r"onnxruntime [\d.]+",
@@ -127,6 +135,7 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
     result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
     assert result.exit_code == 0, result.output
     assert "hysteresis_percent" in result.output
+    assert result.output.endswith(f"Written: {errors}\n")
     again = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(tmp_path)])
     assert "a directory that exists" in str(again.exception)
     (tmp_path / "models" / "M2-FiLM").mkdir()

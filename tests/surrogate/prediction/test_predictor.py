@@ -257,7 +257,7 @@ def test_signed_work_and_attached_contacts_are_told():
     assert "still attached at the end: the pull-off force is the largest so far" in attached
     assert "work" not in attached
     assert "attached" not in line
-    assert ", work -27: the contact gave energy back; not dissipation" in line
+    assert "\nwork -27: the contact gave energy back; not dissipation" in line
 
 
 def test_the_limit_of_detachment_is_right_for_the_published_model():
