@@ -225,18 +225,19 @@ class Fitted:
         Where chi-square is that flat, rounding decides where a search ends.
         """
         problem, most = self.problem, float(self.residuals @ self.residuals) + _RISE * self.variance
-        for i, bounds in itertools.product(range(self.x.size), problem.bounds):
-            if not np.isfinite(bounds[i]) or problem.free[i] in self.at_bound:
+        moving = [name not in self.at_bound for name in self.names]
+        for i, bounds in itertools.product(np.flatnonzero(moving[: self.x.size]), problem.bounds):
+            step, others = bounds[i] - self.x[i], self.jacobian * moving
+            others[:, i] = 0.0
+            if not np.isfinite(step):
                 continue
-            step = bounds[i] - self.x[i]
-            others = np.delete(self.jacobian, i, axis=1)
             length = np.maximum(np.linalg.norm(others, axis=0), 1e-300)
-            follow = -step * np.linalg.lstsq(others / length, self.jacobian[:, i], rcond=_ROUNDING)[0] / length
-            chi_square = np.sum((self.residuals - step * self.jacobian[:, i] - others @ follow) ** 2)
-            moves = follow[: self.x.size - 1]
-            if chi_square > most or np.abs(moves).max(initial=0.0) > 1.0:  # a valley that does not end there
+            move = -step * np.linalg.lstsq(others / length, self.jacobian[:, i], rcond=_ROUNDING)[0] / length
+            far = np.abs(move[: self.x.size]).max() > 1.0  # along a valley that does not end there
+            move[i] = step
+            if far or np.sum((self.residuals - self.jacobian @ move) ** 2) > most:
                 continue
-            x = np.clip(self.x + np.insert(moves, i, step), *problem.bounds)
+            x = np.clip(self.x + move[: self.x.size], *problem.bounds)
             if np.sum(problem.residuals(x) ** 2) < most:
                 return dataclasses.replace(problem.fitted(x, self.converged), ends=self.ends).at_its_bounds()
         problem.residuals(self.x)  # so that the problem has the span of this contact
