@@ -231,7 +231,8 @@ class Fitted:
             others[:, i] = 0.0
             if not np.isfinite(step):
                 continue
-            length = np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+            length = np.linalg.norm(others, axis=0)
+            length[length == 0.0] = 1.0
             move = -step * np.linalg.lstsq(others / length, self.jacobian[:, i], rcond=_ROUNDING)[0] / length
             far = np.abs(move[: self.x.size]).max() > 1.0  # along a valley that does not end there
             move[i] = step
