@@ -221,6 +221,12 @@ test: lint  ## Everything continuous integration runs: lint, format, types, fast
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 --dist loadfile
 test-slow: setup  ## Run the long tests
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 -m slow
+# What OpenBLAS, NumPy and Numba choose on a processor without AVX-512, and on one without AVX2 and FMA.
+AVX512 := AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL
+NUMERICAL = $(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile $(addprefix tests/,bem/lab bem/solver validation surrogate/data)
+test-emulated: setup  ## Run the numerical tests as two older processors compute them
+	OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="$(AVX512)" $(NUMERICAL)
+	OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="F16C FMA3 AVX2 $(AVX512)" NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= $(NUMERICAL)
 test-torch: .torch/.installed  ## Test architectures and training under PyTorch, which goes into .torch (1 GB, or more with code for graphics cards)
 	PYTHONPATH=.torch KERAS_BACKEND=torch $(PY) -m pytest tests/surrogate/architectures
 	PYTHONPATH=.torch $(PY) -m pytest tests/surrogate/training/test_other_backends.py -k torch
@@ -294,7 +300,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 
 .PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
-	from-scratch paper-from-scratch smoke measurements test test-slow test-torch test-minima golden-trajectories lint format lock \
+	from-scratch paper-from-scratch smoke measurements test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
 help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk paper_figures/captions.toml Makefile

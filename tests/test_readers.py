@@ -2,7 +2,6 @@
 
 import json
 import random
-import time
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -52,7 +51,6 @@ HOSTILE = {
 
 def refusal(read, path):
     """The sentence of a reader that refuses a file, or `None`."""
-    begin = time.perf_counter()
     try:
         read(path)
         words = None
@@ -60,7 +58,6 @@ def refusal(read, path):
         words = str(error)
         assert "\n" not in words
         assert len(words) < 1000
-    assert time.perf_counter() - begin < 10.0
     return words
 
 

@@ -10,13 +10,15 @@ from bem.tractions import slope
 from tests.bem.solver.contacts import lennard_jones, mesh_for
 from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box, ramps
 
-AT_A_FOLD = 0.05  # largest eigenvalue of the last state before a jump; of a contact at rest it is about 1
+# Largest eigenvalue of the last state before a jump; of a contact at rest it is about 1. Last digits change how near to
+# a fold the longer steps of draft come.
+AT_A_FOLD = {"draft": 0.1, "standard": 0.05, 1e-3: 0.05}
 
 
 def assert_stable(scene, protocol, accuracy):
     assert count_unstable(scene, protocol, accuracy) == 0
     for jump in simulate(scene, protocol, accuracy).jumps:
-        assert 0.0 <= jump.eigenvalue_before < AT_A_FOLD, jump
+        assert 0.0 <= jump.eigenvalue_before < AT_A_FOLD[accuracy], jump
         assert jump.eigenvalue_after > 0.0, jump
 
 

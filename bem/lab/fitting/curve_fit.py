@@ -185,7 +185,7 @@ def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float
         counts = (number <= data.top) & (depth <= share * float(depth.max()))
         part = dataclasses.replace(data, weights=near * counts)
         problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
-        fitted = problem.run(np.zeros(2))
+        fitted = problem.run(np.zeros(2)).at_its_bounds()
         # Without a force the modulus is any small number, down to its bound.
         if not fitted.at_bound and -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
             found.append(fitted.values["relaxed_modulus"])
@@ -303,7 +303,7 @@ class Climb:
         else:
             found = problem.run(np.zeros(len(nonlinear)))
             found = followed(found)[0] if name == "maugis" else found
-        self.fits[name] = dataclasses.replace(found, seconds=time.process_time() - begin)
+        self.fits[name] = dataclasses.replace(found.at_its_bounds(), seconds=time.process_time() - begin)
         return self.fits[name]
 
     def _closest(self) -> Fitted:

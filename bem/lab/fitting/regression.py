@@ -28,7 +28,9 @@ from bem.lab.setup import Setup
 CONFIDENCE = 0.95
 ADEQUATE = 1.5
 """Misfit up to which a model describes a curve."""
-_EDGE = 1e-3  # of its unit, within which a parameter is at its bound
+_EDGE = 1e-6  # of its unit, within which a parameter is at its bound
+_RISE = 0.1  # of chi-square, by which a bound is no worse than the parameter beside it
+_ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
 _BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
 
@@ -217,6 +219,31 @@ class Fitted:
     seconds: float = 0.0
     """Processor time of all of the search."""
 
+    def at_its_bounds(self) -> Fitted:
+        """The solution with each parameter at its bound if moving it there raises chi-square by less than 0.1.
+
+        Where chi-square is that flat, rounding decides where a search ends.
+        """
+        problem, most = self.problem, float(self.residuals @ self.residuals) + _RISE * self.variance
+        moving = [name not in self.at_bound for name in self.names]
+        for i, bounds in itertools.product(np.flatnonzero(moving[: self.x.size]), problem.bounds):
+            step, others = bounds[i] - self.x[i], self.jacobian * moving
+            others[:, i] = 0.0
+            if not np.isfinite(step):
+                continue
+            length = np.linalg.norm(others, axis=0)
+            length[length == 0.0] = 1.0
+            move = -step * np.linalg.lstsq(others / length, self.jacobian[:, i], rcond=_ROUNDING)[0] / length
+            far = np.abs(move[: self.x.size]).max() > 1.0  # along a valley that does not end there
+            move[i] = step
+            if far or np.sum((self.residuals - self.jacobian @ move) ** 2) > most:
+                continue
+            x = np.clip(self.x + move[: self.x.size], *problem.bounds)
+            if np.sum(problem.residuals(x) ** 2) < most:
+                return dataclasses.replace(problem.fitted(x, self.converged), ends=self.ends).at_its_bounds()
+        problem.residuals(self.x)  # so that the problem has the span of this contact
+        return self
+
     @property
     def model(self) -> Model:
         """Which was fitted."""
@@ -255,7 +282,7 @@ class Fitted:
         white = judge.white(np.column_stack([self.jacobian, self.residuals])[self.counted])
         # Generalised least squares end beside these: what the parameters take up of the whitened residuals goes.
         columns = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
-        rest = white[:, -1] - columns @ np.linalg.lstsq(columns, white[:, -1], rcond=1e-10)[0]
+        rest = white[:, -1] - columns @ np.linalg.lstsq(columns, white[:, -1], rcond=_ROUNDING)[0]
         variance = np.mean(rest**2) + self.problem.data.exact**2
         return float(judge.independent * np.log(variance) + freedoms * np.log(judge.independent))
 
@@ -277,7 +304,7 @@ class Fitted:
         """
         both = np.column_stack([self.jacobian, columns])
         both /= np.maximum(np.linalg.norm(both, axis=0), 1e-300)
-        rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
+        rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=_ROUNDING)[0]
         if self.problem.data.white:
             count = float(np.count_nonzero(self.counted))
             before, after = (float(each @ each) + count * self.problem.data.exact**2 for each in (self.residuals, rest))
@@ -296,7 +323,7 @@ class Fitted:
     def slow(self) -> tuple[float, float]:
         """Variance of the residuals, as large as it would be if they were independent, and its degrees of freedom."""
         columns = self.jacobian[self.counted]
-        basis = orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=1e-10)
+        basis = orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=_ROUNDING)
         return slow_noise(self.residuals[self.counted], basis)
 
     @property

@@ -1,5 +1,6 @@
 """A fit finds what made a curve, says how well, and says what the curve does not tell."""
 
+import dataclasses
 import json
 
 import matplotlib as mpl
@@ -28,6 +29,12 @@ def curve():
 @pytest.fixture(scope="module")
 def fitted(curve):
     return fit(curve, guess_setup(curve, radius=50e-6), accuracy="draft")
+
+
+def last_digits(curve, seed):
+    """The curve with other last digits, as another processor would compute it."""
+    noise = 1e-15 * np.ptp(curve.force) * np.random.default_rng(seed).standard_normal(len(curve))
+    return dataclasses.replace(curve, force=curve.force + noise)
 
 
 def assert_near(result, truth, widths=1.0):
@@ -155,15 +162,16 @@ def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_int
 
 
 @pytest.mark.parametrize(
-    ("share", "end"), [(0.01, 2000), pytest.param(0.05, 2000, marks=pytest.mark.slow), (-0.03, 1200)]
+    ("share", "end", "seed"),
+    [(0.01, 2000, 0), pytest.param(0.05, 2000, 0, marks=pytest.mark.slow), (-0.03, 1200, 0), (-0.03, 1200, 5)],
 )
-def test_a_drift_in_time_is_not_taken_for_relaxation(share, end):
+def test_a_drift_in_time_is_not_taken_for_relaxation(share, end, seed):
     """Without a second baseline it looks like relaxation, or like less than none: the power law ends at its bound."""
     curve, setup, truth = closed_form("hertz", [0, 5], noise=0.005)
     drift = share * np.ptp(curve.force) / np.ptp(curve.time)
     columns = curve.time, curve.indentation, curve.force + drift * (curve.time - curve.time[0])
     time, depth, force = (column[:end] for column in columns)
-    result = fit(ForceCurve(time=time, indentation=depth, force=force), setup)
+    result = fit(last_digits(ForceCurve(time=time, indentation=depth, force=force), seed), setup)
     assert (result.model, result.adequate) == ("hertz", True)
     assert result.values.get("drift", drift) == pytest.approx(drift, rel=0.1)
     assert result.values["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.02)
@@ -247,9 +255,10 @@ def test_the_noise_is_that_of_the_points_that_count():
         assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
 
 
-def test_what_the_curve_does_not_determine_is_said():
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_the_curve_does_not_determine_is_said(seed):
     curve, setup, _ = closed_form("dmt", 3)
-    said = fit(curve, setup, model="maugis", segment="approach").sentences
+    said = fit(last_digits(curve, seed), setup, model="maugis", segment="approach").sentences
     assert "The best tabor is at the end of its range, 0.02." in said
     assert "The curve does not determine work_of_adhesion: a retraction up to detachment would." in said
     assert any(text.startswith("The curve hardly tells tabor from contact_point (correlation 0.99") for text in said)

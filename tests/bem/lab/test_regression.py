@@ -138,6 +138,17 @@ def test_the_ends_of_a_valley_widen_intervals_and_never_narrow_them(fitted):
     assert wide == (pytest.approx(fitted.values["relaxed_modulus"] / np.e), linear["relaxed_modulus"][1])
 
 
+@pytest.mark.parametrize(("ratio", "value"), [(0.9985, 0.999), (0.5, 0.5)])
+def test_a_flat_chi_square_ends_at_the_bound(fitted, ratio, value):
+    """Where rounding would decide where a search ends."""
+    start = hertz_line(fitted.problem.data) | {"modulus_ratio": ratio, "retardation_time": 1.0}
+    start |= {name: fitted.values[name] for name in ("relaxed_modulus", "contact_point")}
+    problem = Regression(LADDER["ting"], fitted.problem.data, start, tuple(start))
+    beside = problem.fitted(np.zeros(len(start)), True)
+    assert beside.at_bound == ()
+    assert beside.at_its_bounds().values["modulus_ratio"] == pytest.approx(value)
+
+
 def test_the_points_beside_the_ends_of_an_adhesive_contact_do_not_count():
     problem = fitted_by("jkr", measurement_of(*closed_form("jkr", 3)[:2]), work_of_adhesion=0.03).problem
     ends = np.flatnonzero(np.diff(problem.inside))

@@ -129,7 +129,7 @@ def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
     assert (Steps.taken, Steps.marked) == (120, 2)
     slopes = content["gradients"]["errors"]
     # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
-    assert slopes["fast"]["p50"] == pytest.approx(slopes["solver"]["p50"])
+    assert slopes["fast"]["p50"] == pytest.approx(slopes["solver"]["p50"], abs=1e-6)
     assert content["solvers"].keys() == {"solver", "draft"} < slopes.keys()
 
 
