@@ -22,7 +22,6 @@ from bem._support.command_line import (
     run_command,
 )
 from bem._support.outputs import Outputs, default_picture
-from bem._support.tabular import UNITS
 from bem._support.wording import plain_table
 from bem.cli import arguments, campaign, lab
 from bem.cli.arguments import (
@@ -173,6 +172,8 @@ def app_main() -> None:
 
 def readable(trajectory: Any) -> str:
     """A short table for people, and what else there is to say."""
+    from bem._support.tabular import UNITS
+
     lines = []
     if trajectory.completed:
         pulled, pressed = trajectory.pull_off_force > 0.0, trajectory.max_compression < 0.0
@@ -214,6 +215,8 @@ def moved_words(jump: Any) -> str:
 
 def work_words(trajectory: Any) -> list[str]:
     """What a negative work means, if there is one."""
+    from bem._support.tabular import UNITS
+
     work = trajectory.work()
     if work >= 0.0 or -work <= trajectory.accuracy * trajectory.turnover():
         return []

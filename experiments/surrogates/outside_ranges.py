@@ -12,12 +12,13 @@ import numpy as np
 
 import surrogate
 from bem._support.wording import markdown_table
+from bem.trajectory import Trajectory
 from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import RANGES, Hidden
 from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
-from surrogate.cli.comparison import solver_errors
 from surrogate.prediction.files import BANDED
+from surrogate.prediction.predicted import PredictedTrajectory
 from surrogate.prediction.validity import MARGIN, allowed
 
 DISTANCES = (0.0, 0.04, MARGIN)
@@ -41,6 +42,13 @@ def beyond(where: str, distance: float, count: int, seed: int) -> Hidden:
     return Hidden(columns)
 
 
+def pull_off_error(prediction: PredictedTrajectory, trajectory: Trajectory, on_steps: bool) -> float:
+    """Error of a predicted pull-off force in percent of the solver's, or of the largest at the steps of unloading."""
+    times = np.clip(prediction.time[prediction.unloading], trajectory.time[0], trajectory.time[-1])
+    force = trajectory.at(times).max() if on_steps else trajectory.pull_off_force
+    return 100.0 * abs(prediction.pull_off_force / force - 1.0)
+
+
 def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     """Compare predictions of `fast`, `accurate` and M1-concat with the solver beyond each end of the ranges."""
     models = {name: surrogate.load(name) for name in (*BANDED, "M1-concat")}
@@ -52,11 +60,12 @@ def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     for where, distance in progress(places, "ends of ranges"):
         solids = beyond(where, distance, count, seed)
         paper = Hidden(solids.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
-        exact = {"any": list(solids.simulated()), "paper": list(paper.simulated())}
+        exact = [list(hidden.simulated()) for hidden in (solids, paper)]
         for name, model in models.items():
-            kind, hidden, on = ("any", solids, "") if name in BANDED else ("paper", paper, "_on_steps")
-            pairs = zip(predicted(model, name, hidden), exact[kind], strict=True)
-            errors = [solver_errors(*pair)[f"pull_off{on}_percent"] for pair in pairs]
+            on_steps = name not in BANDED
+            hidden = paper if on_steps else solids
+            pairs = zip(predicted(model, name, hidden), exact[on_steps], strict=True)
+            errors = [pull_off_error(*pair, on_steps) for pair in pairs]
             content[name].setdefault(where, {})[f"{distance:g}"] = np.quantile(errors, LEVELS).tolist()
     return {"count": count, "models": content}
 

@@ -115,7 +115,7 @@ def test_errors_outside_the_ranges_are_tabulated():
     assert np.isfinite(outside)
     text = outside_ranges.page_text(content | {"command": "some"})
     assert text.count("all ranges at once") == 3
-    assert "`tabor` 0.179 to 3.575" in text
+    assert "`tabor` 0.152 to 4.222" in text
 
 
 def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):

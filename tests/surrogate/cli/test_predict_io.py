@@ -82,7 +82,7 @@ def test_other_mistakes(command, program, tmp_path):
             ["M1-concat", "--in", tmp_path / "good.csv", "--tabor", 1],
             f"not both. Received: --in {tmp_path}/good.csv, --tabor",
         ),
-        (["M1-concat", "--tabor", 1], "Received: no --peak-indentation, --loading-rate"),
+        (["M1-concat", "--dwell-time", 1], "Received: no --peak-indentation, --loading-rate"),
         ([*whole, "--out", tmp_path / "out.txt"], "called .csv or .json"),
         ([*whole, "--out", tmp_path / "none" / "out.csv"], "a directory that exists"),
         ([*whole, "--plot", tmp_path / "p.bmp"], "called .png or"),

@@ -112,7 +112,7 @@ def test_prediction_needs_no_learning_framework(folder):
 
 def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
     monkeypatch.setattr("surrogate.prediction.networks.importlib.util.find_spec", lambda _: None)
-    with pytest.raises(ModuleNotFoundError, match=r"pip install 'contact-trajectories\[train\]'.*backend='onnx'"):
+    with pytest.raises(ModuleNotFoundError, match=r"pip install '\.\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"
 

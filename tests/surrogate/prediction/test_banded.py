@@ -162,7 +162,7 @@ def test_in_a_batch_what_is_refused_is_nan(banded):
     assert len(told) == 1
     assert inside.completed
     assert margin.completed
-    assert refused.status.startswith("tabor must be from 0.179 to 3.575 for fast")
+    assert refused.status.startswith("tabor must be from 0.1516 to 4.222 for fast")
     results = [refused.pull_off_force, refused.pull_off_time, refused.hysteresis, refused.work(), refused.end_force]
     intervals = [getattr(refused, f"{name}_interval") for name in RESULTS]
     bands = [refused.force, refused.force_lower, refused.force_upper, refused.curve_lower, refused.curve_upper]
