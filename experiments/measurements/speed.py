@@ -1,6 +1,6 @@
 """The solver of the working tree beside that of another revision, on random protocols of the paper's box.
 
-Two processes, each with one of both solvers, answer the same protocol in turn, so that a busy machine slows both.
+Two processes, each with one of both solvers, answer all protocols in turn, so that a busy machine slows both.
 Seconds are those of the processor, and of each protocol the fastest run counts.
 """
 
@@ -27,14 +27,16 @@ HEADS += ["Largest relative difference: pull-off force", "Hysteresis"]
 CHILD = """
 import json, sys, time, bem
 for line in sys.stdin:
-    accuracy, row = json.loads(line)
-    scene = bem.Scene(row.pop("tabor"), bem.StandardLinearSolid(row.pop("modulus_ratio")))
-    protocol = bem.LoadingProtocol(**row)
-    wall, processor = time.perf_counter(), time.process_time()
-    found = bem.simulate(scene, protocol, accuracy)
-    processor, wall = time.process_time() - processor, time.perf_counter() - wall
-    answer = processor, wall - found.stats.seconds, found.pull_off_force, found.hysteresis
-    print(json.dumps([bem.__file__, *answer]), flush=True)
+    accuracy, rows = json.loads(line)
+    answers = []
+    for row in rows:
+        scene = bem.Scene(row.pop("tabor"), bem.StandardLinearSolid(row.pop("modulus_ratio")))
+        protocol = bem.LoadingProtocol(**row)
+        wall, processor = time.perf_counter(), time.process_time()
+        found = bem.simulate(scene, protocol, accuracy)
+        processor, wall = time.process_time() - processor, time.perf_counter() - wall
+        answers.append([processor, wall - found.stats.seconds, found.pull_off_force, found.hysteresis])
+    print(json.dumps([bem.__file__, answers]), flush=True)
 """
 """Program that answers protocols on its standard input; it uses only what the `bem` of all revisions shares."""
 
@@ -61,13 +63,13 @@ class Solver:
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         self._process: Any = subprocess.Popen([sys.executable, "-c", CHILD], env=environment, **pipes)
 
-    def __call__(self, row: dict[str, float], accuracy: str) -> list[float]:
-        """Processor seconds of a call, wall seconds outside its kernel, pull-off force and hysteresis."""
-        print(json.dumps([accuracy, row]), file=self._process.stdin, flush=True)
-        file, *answer = json.loads(self._process.stdout.readline())
+    def __call__(self, rows: list[dict[str, float]], accuracy: str) -> list[list[float]]:
+        """Processor seconds of each call, wall seconds outside its kernel, pull-off force and hysteresis."""
+        print(json.dumps([accuracy, rows]), file=self._process.stdin, flush=True)
+        file, answers = json.loads(self._process.stdout.readline())
         if not Path(file).is_relative_to(self._source):
             raise RuntimeError(f"the solver must come from {str(self._source)!r}; received {file!r}")
-        return answer
+        return answers
 
     def close(self) -> None:
         """End the process."""
@@ -78,16 +80,14 @@ def compared(sources: tuple[Path, Path], rows: list[dict[str, float]], accuracy:
     """A row of the table, of the solvers of two checkouts, the one to compare with first."""
     solvers = [Solver(source) for source in sources]
     for solver in solvers:
-        solver(rows[0], accuracy)  # loads the kernels
-    runs = [
-        [[solver(row, accuracy) for solver in solvers] for row in rows]
-        for _ in progress(range(repeats), f"alternations at {accuracy}")
-    ]
+        solver(rows[:1], accuracy)  # loads the kernels
+    turns = progress(range(repeats), f"alternations at {accuracy}")
+    runs = [[solver(rows, accuracy) for solver in solvers] for _ in turns]
     for solver in solvers:
         solver.close()
     best, answers = np.min(runs, axis=0), np.array(runs[0])
-    (before, now), outside = best[..., 0].mean(axis=0), np.median(best[..., 1], axis=0)
-    differences = np.abs(answers[:, 1, 2:] / answers[:, 0, 2:] - 1.0).max(axis=0)
+    (before, now), outside = best[..., 0].mean(axis=1), np.median(best[..., 1], axis=1)
+    differences = np.abs(answers[1, :, 2:] / answers[0, :, 2:] - 1.0).max(axis=0)
     cells = [accuracy, f"{1e3 * before:.3g}", f"{1e3 * now:.3g}", f"{now / before:.3f}"]
     cells.append(" / ".join(f"{1e3 * seconds:.2g}" for seconds in outside))
     return cells + [f"{difference:.1e}" for difference in differences]

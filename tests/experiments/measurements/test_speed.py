@@ -17,7 +17,7 @@ def test_a_solver_beside_itself_differs_in_nothing():
 def test_a_solver_from_elsewhere_is_refused(tmp_path):
     solver = Solver(tmp_path)
     with pytest.raises(RuntimeError, match="the solver must come from"):
-        solver(rows_of(drawn("inside", 1, 1))[0], "draft")
+        solver(rows_of(drawn("inside", 1, 1)), "draft")
     solver.close()
 
 
