@@ -63,6 +63,8 @@ class _Whole(JITCodeLibrary):
         self._final_module.link_in(counting)
         for name in _COUNTING:
             self._final_module.get_function(name).linkage = "internal"
+        passes, builder = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False, opt=1)
+        passes.run(self._final_module, builder)  # which inlines them
 
 
 _COUNTING = "NRT_incref", "NRT_decref"
@@ -71,14 +73,15 @@ _COUNTING = "NRT_incref", "NRT_decref"
 def _reference_counting() -> ir.Module:
     """Numba's functions that count the references to an array, without its atomic operations.
 
-    They would take half of a kernel's time, for tuples of many arrays go from function to function. A kernel makes the
-    counts of all of its arrays itself, also of those that Python gives it, and runs in one thread.
+    Counting takes half of the samples of a kernel, for tuples of many arrays go from function to function. A kernel
+    makes the counts of all of its arrays itself, also of those that Python gives it, and runs in one thread.
     """
     module, nothing, word = ir.Module(), ir.VoidType(), ir.IntType(types.intp.bitwidth)
     of_pointer = ir.FunctionType(nothing, [ir.IntType(8).as_pointer()])
     release = ir.Function(module, of_pointer, "NRT_MemInfo_call_dtor")
     for name, change in zip(_COUNTING, (1, -1), strict=True):
         function = ir.Function(module, of_pointer, name)
+        function.attributes.add("alwaysinline")
         builder = ir.IRBuilder(function.append_basic_block())
         (counted,) = function.args
         with builder.if_then(builder.icmp_unsigned("!=", counted, counted.type(None)), likely=True):
