@@ -209,6 +209,8 @@ paper-from-scratch smoke: setup
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
+measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
+	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage stream-latency limits
@@ -300,7 +302,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 
 .PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
-	from-scratch paper-from-scratch smoke measurements test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
+	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
 help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk paper_figures/captions.toml Makefile

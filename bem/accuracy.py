@@ -3,8 +3,7 @@
 One parameter, the target relative error, sets all others: spacing at the contact edge (between third and fourth order,
 without adhesion second), spacing elsewhere by the curvature of the traction, length of a time step (third order),
 residual of an equilibrium, extent of the mesh.
-The named accuracies are targets too. The constants were chosen by
-`python -m experiments bench_solver`, which measures what they give.
+The named accuracies are targets too. `make measure-accuracy-cost` measures what the constants give.
 """
 
 from __future__ import annotations

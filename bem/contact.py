@@ -11,8 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bem._support.interruption import interruptible
-from bem._support.jit import in_python, kernel
+from bem._support.jit import in_python
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
@@ -20,10 +19,10 @@ from bem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProt
 from bem.scene import Scene
 from bem.solver.equilibrium import Factor
 from bem.solver.memory import Memory
-from bem.solver.problem import Problem, device_of, problem_of
+from bem.solver.problem import device_of, problem_of
 from bem.solver.records import COMPLETED, MOST_WORK, NOT_FINITE, STEPS, new_records, new_work
 from bem.solver.simulation import REASONS, load_kernels
-from bem.solver.time_stepping import Progress, follow, segment_of, start
+from bem.solver.time_stepping import Progress, before_start, followed
 
 
 class _Step(NamedTuple):
@@ -43,17 +42,11 @@ class _Moment(NamedTuple):
     steps: int  # of the solver, so far
 
 
-@kernel
-def _proceed(problem: Problem, progress: Progress, step: np.ndarray, work: np.ndarray, stop: np.ndarray) -> Progress:
-    """What follows a state in a `step` (3,): duration, and the control before and after."""
-    segment = segment_of(problem, np.array([0.0, step[0]]), step[1:], 0, -1)
-    return follow(problem, segment, progress, np.empty(0), stop, work)
-
-
 def _own(progress: Progress) -> Progress:
-    """The same state with arrays of its own, so that a step from it leaves it as it is."""
+    """The same state at the begin of a step, with arrays of its own, so that the step leaves it as it is."""
     memory, factor = Memory(*map(np.copy, progress.memory)), Factor(*map(np.copy, progress.factor))
-    return progress._replace(memory=memory, factor=factor, records=in_python(new_records)())
+    records = in_python(new_records)()
+    return progress._replace(memory=memory, factor=factor, records=records, outcome=COMPLETED, segment=0)
 
 
 class Contact:
@@ -100,7 +93,7 @@ class Contact:
         self._start = default_start_indentation(scene.tabor)
         if start_indentation is not None:
             self._start = finite_number("start_indentation", start_indentation, high=LARGEST_INDENTATION)
-        load_kernels()
+        load_kernels("boundary elements")
         self._steps: list[_Step] = []
         self._room = max(finite_number("deepest", deepest, high=LARGEST_INDENTATION), self._start)
         self.status = "completed"
@@ -115,7 +108,8 @@ class Contact:
         problem = problem_of(self._scene, path, self._accuracy)
         by_force = problem._replace(device=device_of(self._scene, True, problem.scales.force))
         self._problems = {"indentation": problem, "force": by_force}
-        progress = start(problem, self._start, self._glassy, new_work(MOST_WORK))
+        begin = np.zeros(1), np.array([self._start]), np.empty(0), self._glassy, before_start()
+        progress, _, _ = followed(problem, *begin, in_python(new_work)(MOST_WORK))
         self._now = _Moment(0.0, self._start, progress, 0)
         if progress.outcome != COMPLETED:
             raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
@@ -210,10 +204,11 @@ class Contact:
         if now.progress.outcome != COMPLETED:  # a step before could not be taken again on a larger mesh
             return now
         first = now.stage if step.name == "indentation" else state.force
-        work = new_work(MOST_WORK)
+        work = in_python(new_work)(MOST_WORK)
         work[STEPS] = now.steps
-        values = np.array([step.duration, first, step.value])
-        progress = interruptible(_proceed, self._problems[step.name], _own(now.progress), values, work)
+        times, controls = np.array([0.0, step.duration]), np.array([first, step.value])
+        begin = _own(now.progress)
+        progress, _, _ = followed(self._problems[step.name], times, controls, np.empty(0), False, begin, work)
         spring = self._scene.spring
         stage = step.value if step.name == "indentation" else progress.state.depth
         if step.name == "force" and spring is not None:

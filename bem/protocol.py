@@ -101,7 +101,8 @@ class PiecewiseLinearProtocol(_Linear):
     @property
     def rates(self) -> FloatArray:
         """Signed indentation rate of each segment, shape (n - 1,)."""
-        return np.diff(self.indentations) / np.diff(self.times)
+        depths, times = self.indentations, self.times
+        return (depths[1:] - depths[:-1]) / (times[1:] - times[:-1])
 
     def indentation_at(self, time: ArrayLike) -> FloatArray:
         """Indentation at `time` (any shape); constant before the first and after the last instant."""

@@ -4,38 +4,67 @@
 because a NaN must remain visible. `bem._support.kernel_cache` keeps compiled code on disk.
 """
 
+import functools
 import multiprocessing
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
-from numba import config, njit
+import numpy as np
+from numba import config, njit, types
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager
 
 from bem._support.kernel_cache import cache_directory, enable_caching
 
 _OPTIONS = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
-_MARK = ".complete"  # in a cache that holds all kernels; without it, a compilation was interrupted
-COMPILING_SECONDS = 80  # of one core: `bem compile` with an empty cache took 77 and 79; `make setup` does it beforehand
 
 
-def announce_compilation() -> None:
-    """Print a line on standard error when not all kernels are in the cache, and some will be compiled."""
-    in_main_process = multiprocessing.parent_process() is None
-    if in_main_process and not config.DISABLE_JIT and not ((mark := _mark()) and mark.exists()):
-        print(f"bem: compiling the solver for this processor, once; about {COMPILING_SECONDS} s ...", file=sys.stderr)
+@contextmanager
+def compilation(of: Sequence[str], number: int, seconds: float) -> Iterator[None]:
+    """Announce on standard error what is compiled here, unless it is in the cache, and how long it will take.
 
+    On a terminal the line counts the seconds.
 
-def note_compilation() -> None:
-    """Note in the cache that it holds all kernels; where it cannot be written, they are compiled each time."""
-    if not config.DISABLE_JIT and (mark := _mark()) and not mark.exists():
-        with suppress(OSError):
+    Args:
+        of: Names of all that is compiled one after the other.
+        number: Of those before this one.
+        seconds: Of one core, that this one takes.
+    """
+    name, mark, done = of[number], _mark(of[number]), threading.Event()
+    if multiprocessing.parent_process() is not None or config.DISABLE_JIT or (mark and mark.exists()):
+        yield
+        return
+    line = f"bem: compiling the solver for this processor, once: {name} ({number + 1} of {len(of)})"
+    clock, processor = time.monotonic(), time.process_time()
+
+    def count() -> None:
+        while not done.wait(1.0):
+            passed, spent = time.monotonic() - clock, time.process_time() - processor
+            left = max(seconds - spent, 1.0) * passed / max(spent, 0.1)  # the more, the busier the processor
+            print(f"\r{line}, {passed:.0f} s, about {left:.0f} s left  ", end="", file=sys.stderr, flush=True)
+
+    print(f"{line}, about {seconds:.0f} s", end="\n" if not sys.stderr.isatty() else "", file=sys.stderr, flush=True)
+    if sys.stderr.isatty():
+        threading.Thread(target=count, daemon=True).start()
+    try:
+        yield
+    finally:
+        done.set()
+        if sys.stderr.isatty():
+            print(f"\r{line}, {time.monotonic() - clock:.0f} s" + 20 * " ", file=sys.stderr)
+    with suppress(OSError):
+        if mark:  # else it is compiled each time
             mark.touch()
 
 
-def _mark() -> Path | None:
+def _mark(name: str) -> Path | None:
     directory = config.CACHE_DIR or cache_directory()
-    return Path(directory) / _MARK if directory else None
+    return Path(directory) / f".{name.replace(' ', '-')}" if directory else None
 
 
 def in_python(function: Callable) -> Callable:
@@ -43,14 +72,74 @@ def in_python(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
+class _Compiler(CompilerBase):
+    as_part = False
+
+    def define_pipelines(self) -> list[PassManager]:
+        """The passes of `bem._support.kernel_parts`, or Numba's own where those do not work."""
+        if not _parts_work():
+            return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        from bem._support import kernel_parts
+
+        return [(kernel_parts.part_pipeline if self.as_part else kernel_parts.whole_pipeline)(self.state)]
+
+
+class _PartCompiler(_Compiler):
+    as_part = True
+
+
+class _Kernel:
+    """A compiled function: Python calls one form of it, other kernels are compiled with the other one."""
+
+    def __init__(self, function: Callable, *, cache: bool = True) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        whole = njit(no_cfunc_wrapper=True, pipeline_class=_Compiler, **_OPTIONS)(function)
+        self._whole = enable_caching(whole) if cache else whole
+        alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self._part = njit(pipeline_class=_PartCompiler, **alone, **_OPTIONS)(function)
+        self._part.get_call_template = self._call_template
+        self._numba_type_ = types.Dispatcher(self._part)
+
+    def _call_template(self, args: tuple, kws: dict) -> Any:
+        """How another kernel calls this one: compiled once for a type, not anew for each constant argument."""
+        named = {name: types.unliteral(argument) for name, argument in dict(kws).items()}
+        return type(self._part).get_call_template(self._part, tuple(map(types.unliteral, args)), named)
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return self._whole(*args, **kwargs)
+
+
+_trying = threading.local()
+
+
+@functools.cache
+def _try_parts() -> bool:
+    """Whether a small kernel with a part, which has a part itself, is compiled and gives what Python gives."""
+
+    def tail(values: np.ndarray, first: int = 1) -> np.ndarray:
+        return values[first:]
+
+    def twice_second(values: np.ndarray) -> float:
+        return tail_part(values, 0)[1] + tail_part(values)[0]
+
+    def total(values: np.ndarray) -> float:
+        return second_part(values)
+
+    tail_part, second_part = _Kernel(tail, cache=False), _Kernel(twice_second, cache=False)
+    _trying.now = True
+    try:
+        return _Kernel(total, cache=False)(np.array([1.0, 2.0])) == 4.0
+    except Exception:  # whatever another version of Numba makes of it
+        return False
+    finally:
+        _trying.now = False
+
+
+def _parts_work() -> bool:
+    return getattr(_trying, "now", False) or _try_parts()
+
+
 def kernel(function: Callable) -> Callable:
-    """Compile a function with Numba, cached on disk."""
-    return enable_caching(njit(**_OPTIONS)(function))
-
-
-def kernel_part(function: Callable) -> Callable:
-    """Insert a function into the kernel that calls it; use this for parts of a kernel that have one caller.
-
-    Numba compiles each kernel again inside every kernel that calls it, so compilation time grows with call depth.
-    """
-    return njit(inline="always", **_OPTIONS)(function)
+    """Compile a function with Numba, cached on disk where Python calls it."""
+    return function if config.DISABLE_JIT else _Kernel(function)

@@ -17,7 +17,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from bem._support.interruption import undo, whole
 from bem._support.wording import shown
 
 IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
@@ -48,7 +47,6 @@ class Outputs:
         self._written: set[Path] = set()
 
     def __enter__(self) -> Outputs:
-        undo.append(self._discard)
         try:
             for path in self.paths:
                 self._reserve(path)
@@ -58,12 +56,11 @@ class Outputs:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        with whole:
-            try:
-                if kind is None:
-                    self._settle()
-            finally:
-                self._discard()
+        try:
+            if kind is None:
+                self._settle()
+        finally:
+            self._discard()
 
     @contextmanager
     def write(self, path: Path) -> Iterator[Path]:
@@ -98,9 +95,8 @@ class Outputs:
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
             with suppress(FileNotFoundError):
                 target.lstat()  # the error of the operating system for a name that it does not accept
-            with whole:
-                part.touch(exist_ok=False)
-                self._parts[path] = target, part
+            self._parts[path] = target, part
+            part.touch(exist_ok=False)
 
     def _settle(self) -> None:
         formers: list[Path] = []
@@ -122,8 +118,6 @@ class Outputs:
     def _discard(self) -> None:
         for _, part in self._parts.values():
             part.unlink(missing_ok=True)
-        if self._discard in undo:
-            undo.remove(self._discard)
 
 
 def default_picture(name: str, *requested: Any) -> Path | None:
@@ -160,15 +154,14 @@ def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | N
         OSError: nothing was written, and what was at `path` is untouched.
     """
     unfinished = scratch or path.with_name(f".{secrets.token_hex(6)}.writing")
-    with whole:
-        try:
-            with unfinished.open("wb") as file:
-                file.write(content.encode() if isinstance(content, str) else content)
-                file.flush()
-                os.fsync(file.fileno())
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
     # The new name is on the disk once its folder is; not every system opens folders.
     with suppress(OSError):
         folder = os.open(path.parent, os.O_RDONLY)

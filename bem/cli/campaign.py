@@ -2,7 +2,6 @@
 
 import signal
 import sys
-import threading
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -44,11 +43,11 @@ def campaign(
 
     The exit status is 1 when any trajectory failed.
     """
-    from bem._support.jit import announce_compilation
     from bem.dataset.campaign import Campaign
     from bem.dataset.designs import Design
     from bem.dataset.measurement_steps import PHYSICAL
     from bem.dataset.run import run_campaign
+    from bem.solver.simulation import load_kernels
 
     given = {
         "design": design,
@@ -65,11 +64,9 @@ def campaign(
     drawn = Design(settings.pop("design", "paper"), bounds, settings.pop("modulus_ratio", 0.1))
     plan = Campaign(design=drawn, native=native, shard=parse_shard(shard), **settings)
     if cluster is None and not out.exists():
-        announce_compilation()
+        load_kernels("boundary elements")  # before the workers would, each for itself
     say_what_is_kept("what was done is saved, and the same command continues")
-    # A batch system ends a job so.
-    # In a thread of its own: what this one has begun to write, it completes meanwhile.
-    signal.signal(signal.SIGTERM, lambda *_: threading.Thread(target=end, args=("bem",)).start())
+    signal.signal(signal.SIGTERM, lambda *_: end("bem"))  # a batch system ends a job so
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
     with progress_bar(len(plan.indices)) as progress:
         summary = run_campaign(plan, out, command=command_line(sys.argv), progress=progress, **how)

@@ -20,7 +20,7 @@ from typing import Any, Self
 import numpy as np
 from loky import cpu_count, get_reusable_executor
 
-from bem._support.interruption import deaf_processes
+from bem._support.interruption import without_interrupts
 from bem._support.provenance import origin, peak_memory
 from bem._support.validation import whole_number
 from bem._support.wording import shown
@@ -118,7 +118,7 @@ class LocalExecutor(Executor):
         """Start a batch, with new workers where the former ones died."""
         begin = {"initializer": _begin_worker, "initargs": (os.getpid(),), "env": ONE_THREAD}
         while True:
-            with suppress(BrokenProcessPool), deaf_processes():
+            with suppress(BrokenProcessPool), without_interrupts():
                 self._processes = get_reusable_executor(self.workers, timeout=300, **begin)
                 return self._processes.submit(task, batch)
 

@@ -20,7 +20,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from bem._support.interruption import whole
 from bem._support.wording import shown
 from bem.dataset.executors import CampaignError
 from bem.dataset.records import Columns
@@ -122,10 +121,9 @@ class Journal:
 
     def _append(self, content: bytes) -> None:
         rest = _digest(self.path, content) + content + MARK
-        with whole:
-            while rest:
-                rest = rest[self._file.write(rest) :]
-            os.fsync(self._file.fileno())
+        while rest:
+            rest = rest[self._file.write(rest) :]
+        os.fsync(self._file.fileno())
 
     def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:
         """Save a batch, the seconds that its worker took, and the versions and host of that worker.

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import kernel
 from bem.accuracy import Controls
 from bem.discretisation.cohesive_zone import edge_width
 from bem.discretisation.master_grid import Grid, grade, grid_around, holds, moves
@@ -43,7 +43,7 @@ def same_nodes(one: Mesh, other: Mesh) -> bool:
     return np.array_equal(one.nodes, other.nodes) and same_grid(one.grid, other.grid)
 
 
-@kernel_part
+@kernel
 def first_mesh(interface: Interface, controls: Controls, scheme: Discretisation) -> Mesh:
     """The mesh to start from, before anything touches."""
     if scheme.fixed:

@@ -14,6 +14,7 @@ stays.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -64,6 +65,12 @@ def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
     window = np.array([-1.0, math.inf])
     grid = Grid(radii.size, 0.0, nodes, np.empty((0, 0)), False, -math.inf, math.inf)
     return Mesh(nodes, radii, influence, rows, force_weights(radii), nodes, shares, window, grid)
+
+
+@functools.cache
+def no_mesh() -> Mesh:
+    """A `fixed_mesh` without nodes."""
+    return fixed_mesh(1.0, np.empty(0), False)
 
 
 @kernel

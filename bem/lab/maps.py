@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem._support.interruption import deaf_processes, whole
+from bem._support.interruption import without_interrupts
 from bem._support.tabular import labelled
 from bem._support.text_files import read_text
 from bem._support.validation import finite_number, instance
@@ -107,7 +107,7 @@ def fit_map(
     curves = ((str(path), *each) for path in paths for each in enumerate(read(Path(path))))
     left = [each for each in curves if each[:2] not in done]
     work = (delayed(_row)(*each, rate, known, options) for each in left)
-    with deaf_processes():
+    with without_interrupts():
         jobs = max(1, min(jobs, len(left), cpu_count()))
         fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
     if rows:  # a line that was cut short is written again
@@ -118,9 +118,8 @@ def fit_map(
         if not rows:
             file.write(head)
         for row in fresh:
-            with whole:
-                writer.writerow(row)
-                file.flush()
+            writer.writerow(row)
+            file.flush()
             rows.append(row)
             if report is not None:
                 report(len(rows), sum(bool(each["reason"]) for each in rows), len(done) + len(left))

@@ -41,7 +41,20 @@ from bem.discretisation.scaled_meshes import (
 from bem.indenter import PARABOLOID
 from bem.solver.jumps import smallest_eigenvalue
 from bem.solver.problem import LoadingDevice
-from bem.solver.records import COUNTS, MOST, REJECTIONS, count_factorisation, count_iteration, is_spent, new_work
+from bem.solver.records import (
+    COMPLETED,
+    COUNTS,
+    MOST,
+    NO_EQUILIBRIUM,
+    PAUSED,
+    REJECTIONS,
+    count_factorisation,
+    count_iteration,
+    is_spent,
+    is_to_pause,
+    new_work,
+    next_slice,
+)
 from bem.tractions import (
     Interface,
     LennardJones,
@@ -100,6 +113,20 @@ class Contact(NamedTuple):
     columns: np.ndarray  # (N, N), factorised
     pivots: np.ndarray
     pressed: np.ndarray  # whether the traction is the unknown in that factorisation
+
+
+class Growth(NamedTuple):
+    """How far the curve was followed, and the solution on it that the next slice of work goes on from."""
+
+    count: int  # points
+    depth: float
+    force: float
+    force_rate: float
+    largest: float  # force so far
+    level: int  # of the mesh
+    scale: float
+    pace: float  # of the steps
+    outcome: int  # COMPLETED, NO_EQUILIBRIUM, or PAUSED where it goes on
 
 
 @kernel
@@ -315,42 +342,24 @@ def _far_apart(law, power: float, points: np.ndarray) -> None:
 
 
 @kernel
-def follow(
+def _approach(
     interface: Interface,
     meshes: ScaledMeshes,
     controls: BranchControls,
-    deepest: float,
     points: np.ndarray,
     gaps: np.ndarray,
     works: np.ndarray,
+    contact: Contact,
     work: np.ndarray,
-) -> tuple[int, bool]:
-    """Follow the curve to the indentation `deepest`, past all folds.
-
-    Args:
-        interface: the contact, with adhesion.
-        meshes: as many as it takes.
-        controls: steps and tolerances.
-        deepest: in h0.
-        points: (m,) of `POINT`, filled.
-        gaps: (m, N) of each point on its mesh, filled.
-        works: (m, counts) the work up to each point, filled.
-        work: counts as in `bem.solver.records`, added to.
-
-    Returns:
-        number of points, and whether the curve is complete.
-    """
+) -> Growth:
+    """The curve without contact; then with the edge at one node of the first mesh after the other, up to the last."""
     law, tabor, peak = interface.law, interface.tabor, interface.law.peak_gap
-    size = meshes.radii.shape[1]
-    vectors, pivots, pressed = np.zeros((3, size)), np.zeros(size, np.int32), np.zeros(size, np.bool_)
-    contact = Contact(vectors[0], vectors[1], vectors[2], np.zeros((size, size)), pivots, pressed)
     scale, edge_node, depth = smallest_scale(tabor, interface.exponent), meshes.edge_node[0], 1.0 - controls.first_gap
     mesh = _scaled(interface, meshes, 0, controls.far_gap, scale)
     radii = mesh.radii
     for j in range(mesh.n):
         above = deviation(interface, scale * radii[j])
         _set_gap(interface, contact, j, controls.first_gap + 0.5 * tabor * (scale * radii[j]) ** 2 + above)
-    # Without contact; then with the edge at one node of the first mesh after the other, up to the last.
     strides = max(min(np.int64(np.ceil(1.0 / (controls.step * min(1.0, np.sqrt(tabor))))), edge_node), 1)
     count, held, before, wanted, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
     largest, part = 0.0, 1.0  # of the way on which the edge comes to the next node
@@ -391,7 +400,7 @@ def follow(
             tries += 1
             stuck = not bent and (tries > _MOST_TRIES or 0 < wanted <= before + 1)
             if count == _FAR_POINTS or stuck or is_spent(work):
-                return count, False
+                return Growth(count, depth, 0.0, 0.0, 0.0, 0, scale, 1.0, NO_EQUILIBRIUM)
             held = before
             _restore(interface, mesh, gaps[count - 1], held, False, contact)
             step *= 0.5
@@ -412,10 +421,51 @@ def follow(
                 _change(interface, contact, j, contact.rate[j] * change)
         held = wanted
         _set_gap(interface, contact, held, gap)
-    # The mesh grows with the contact, by shorter steps where the force bends too much for a cubic.
     force, force_rate, _ = _rates(interface, mesh, edge_node, True, contact)
-    largest, pace = points["force"][_FAR_POINTS:count].max(), 1.0
+    largest = points["force"][_FAR_POINTS:count].max()
+    return Growth(count, depth, force, force_rate, largest, 0, scale, 1.0, PAUSED)
+
+
+@kernel
+def follow(
+    interface: Interface,
+    meshes: ScaledMeshes,
+    controls: BranchControls,
+    deepest: float,
+    points: np.ndarray,
+    gaps: np.ndarray,
+    works: np.ndarray,
+    contact: Contact,
+    growth: Growth,
+    work: np.ndarray,
+) -> Growth:
+    """Follow the curve to the indentation `deepest`, past all folds, or for a slice of work.
+
+    Args:
+        interface: the contact, with adhesion.
+        meshes: as many as it takes.
+        controls: steps and tolerances.
+        deepest: in h0.
+        points: (m,) of `POINT`, filled.
+        gaps: (m, N) of each point on its mesh, filled.
+        works: (m, counts) the work up to each point, filled.
+        contact: the last solution, overwritten.
+        growth: how far it was followed; no points before the first slice.
+        work: counts as in `bem.solver.records`, added to.
+    """
+    outcome = NO_EQUILIBRIUM
+    if growth.count == 0:
+        growth = _approach(interface, meshes, controls, points, gaps, works, contact, work)
+        if growth.outcome == NO_EQUILIBRIUM:
+            return growth
+    count, depth, force, force_rate, largest, level, scale, pace, _ = growth
+    mesh, edge_node = _scaled(interface, meshes, level, controls.far_gap, scale), meshes.edge_node[level]
+    tabor, peak = interface.tabor, interface.law.peak_gap
+    # The mesh grows with the contact, by shorter steps where the force bends too much for a cubic.
     while count < points.size:
+        if is_to_pause(work):
+            outcome = PAUSED
+            break
         point, scale = points[count], mesh.scale
         point["along"], point["indentation"], point["force"] = scale, depth, force
         point["indentation_rate"], point["force_rate"] = contact.rate[edge_node], force_rate
@@ -423,9 +473,10 @@ def follow(
         gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
         count, largest = count + 1, max(largest, force)
         if depth >= deepest and force < 0.0 and scale > _PAST_FOLDS:
-            return count, True
+            outcome = COMPLETED
+            break
         here, before, before_rate, rate = depth, force, force_rate, contact.rate[edge_node]
-        step = pace * controls.step * scale
+        step, found = pace * controls.step * scale, False
         for left in range(_MOST_TRIES - 1, -1, -1):
             depth = here + rate * step
             for j in range(mesh.n):
@@ -433,7 +484,8 @@ def follow(
                     _change(interface, contact, j, contact.rate[j] * step)
             level = level_of(scale + step, tabor, interface.exponent)
             if level >= meshes.size.size:
-                return count, False
+                found = False
+                break
             new = _scaled(interface, meshes, level, controls.far_gap, scale + step)
             if level != mesh.level:
                 _transfer(interface, mesh, new, contact)
@@ -451,9 +503,9 @@ def follow(
             _restore(interface, mesh, gaps[count - 1], edge_node, True, contact)
             step *= 0.5
         if not found:
-            return count, False
+            break
         mesh, edge_node, pace = new, node, min(2.0 * step / (controls.step * scale), 1.0)
-    return count, False
+    return Growth(count, depth, force, force_rate, largest, mesh.level, mesh.scale, pace, outcome)
 
 
 class Branch:
@@ -482,11 +534,11 @@ class Branch:
                 self._follow(farther, most_work)
             points = self._points
             if not points.size:
-                return points, new_work(most_work)
+                return points, in_python(new_work)(most_work)
             past = (points["indentation"] >= deepest) & (points["force"] < 0.0) & (points["scale"] > _PAST_FOLDS)
             end = int(np.argmax(past)) + 1 if past.any() else points.size
             work = self._works[end - 1].copy()
-            work[MOST] = new_work(most_work)[MOST]
+            work[MOST] = in_python(new_work)(most_work)[MOST]
             return points[:end], work
 
     def _follow(self, deepest: float, most_work: float) -> None:
@@ -494,7 +546,7 @@ class Branch:
         scale = in_python(smallest_scale)(tabor, shape)
         largest = max(1.3 * largest_contact_radius(deepest, tabor, shape), 2.0 * _PAST_FOLDS)
         reach = in_python(_reach)(self.interface, controls.far_gap, scale)
-        levels, work = in_python(level_of)(max(largest, scale), tabor, shape) + 1, new_work(most_work)
+        levels, work = in_python(level_of)(max(largest, scale), tabor, shape) + 1, in_python(new_work)(most_work)
         # A traction that falls steeply acts, before the surfaces meet, on a disk much wider than the smallest contact.
         # Where the nodes at its rim are too few the curve of their equilibria breaks off, and takes more of them.
         spacing, extent = controls.ring
@@ -503,11 +555,17 @@ class Branch:
             meshes = scaled_meshes(controls, levels, 1.5 * reach, ring)
             points, gaps = np.empty(_MOST_POINTS, POINT), np.empty((_MOST_POINTS, meshes.radii.shape[1]))
             works = np.zeros((_MOST_POINTS, len(COUNTS)), np.int64)
-            count, complete = follow(self.interface, meshes, controls, deepest, points, gaps, works, work)
-            works[count - 1] = work  # with what did not lead on
-            if complete or in_python(is_spent)(work):
+            size = meshes.radii.shape[1]
+            columns, pivots, pressed = np.zeros((size, size)), np.zeros(size, np.int32), np.zeros(size, np.bool_)
+            contact = Contact(*np.zeros((3, size)), columns, pivots, pressed)
+            growth = Growth(0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 1.0, PAUSED)
+            tables = points, gaps, works
+            while growth.outcome == PAUSED:
+                growth = follow(self.interface, meshes, controls, deepest, *tables, contact, growth, next_slice(work))
+            works[growth.count - 1] = work  # with what did not lead on
+            if growth.outcome == COMPLETED or in_python(is_spent)(work):
                 break
-        count = count if count > _FAR_POINTS else 0
+        count = growth.count if growth.count > _FAR_POINTS else 0
         self._meshes, self._points = meshes, points[:count].copy()
         self._gaps, self._works = gaps[:count].copy(), works[:count].copy()
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel, kernel_part
+from bem._support.jit import in_python, kernel
 from bem.accuracy import Accuracy
 from bem.discretisation.elements import Places, Push, Row, Solid, advance, force_of_row, places_of, relaxed, solid_of
 from bem.indenter import PARABOLOID, depth_factor
@@ -21,19 +21,22 @@ from bem.solver.problem import Path, deepest_indentation
 from bem.solver.records import (
     COMPLETED,
     DETACHED,
-    INTERRUPTED,
     JUMP,
     MULTIPLY_ADDS,
     NODES,
     OUT_OF_WORK,
+    PAUSED,
     PROFILE,
     RECORD,
     REJECTIONS,
     STEPS,
     Marched,
+    Records,
     is_spent,
+    is_to_pause,
     new_records,
     new_work,
+    next_slice,
     with_record,
 )
 
@@ -63,6 +66,17 @@ class Shape(NamedTuple):
     load: float  # compression over a^(n+1)
 
 
+class Course(NamedTuple):
+    """How far a viscoelastic contact has been followed."""
+
+    row: Row
+    depth: float
+    force_scale: float  # largest so far
+    records: Records
+    segment: int  # the next
+    outcome: int  # PAUSED where it goes on
+
+
 class Rules(NamedTuple):
     """How finely a history is followed."""
 
@@ -73,7 +87,7 @@ class Rules(NamedTuple):
 
 
 def follow_hard_contact(
-    scene: Scene, path: Path, accuracy: Accuracy, glassy: bool, most_work: float, stop: np.ndarray
+    scene: Scene, path: Path, accuracy: Accuracy, glassy: bool, most_work: float
 ) -> tuple[Marched, str]:
     """Follow a history without adhesion.
 
@@ -83,7 +97,6 @@ def follow_hard_contact(
         accuracy: the target.
         glassy: whether the surfaces met just before the start.
         most_work: budget in multiply-adds.
-        stop: (1,) uint8, as of `bem.solver.time_stepping.march`.
 
     Returns:
         What `bem.solver.time_stepping.march` returns, and the name of the rung that answered.
@@ -118,7 +131,7 @@ def follow_hard_contact(
             reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
             rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
             places = places_of(scene.tabor, reach, count, n)
-            found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work, stop)
+            found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work)
             reached = float(found.records["contact_radius"].max())
             followed = device.compliance == 0.0 or reached > _FIRST_REACH * reach or reached == 0.0
             followed = followed or found.outcome != COMPLETED
@@ -208,7 +221,7 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
     return Marched(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
 
 
-@kernel_part
+@kernel
 def _predicted(times: np.ndarray, values: np.ndarray, count: int, time: float) -> float:
     """The polynomial through the first `count` values, at a time."""
     total = 0.0
@@ -221,7 +234,7 @@ def _predicted(times: np.ndarray, values: np.ndarray, count: int, time: float) -
     return total
 
 
-@kernel_part
+@kernel
 def _solve(
     rules: Rules,
     solid: Solid,
@@ -284,7 +297,6 @@ def _solve(
     return found, force, radius
 
 
-@kernel
 def follow_elements(
     rules: Rules,
     solid: Solid,
@@ -295,7 +307,6 @@ def follow_elements(
     depth: float,
     glassy: bool,
     most_work: float,
-    stop: np.ndarray,
 ) -> Marched:
     """Follow the history (`times`, `controls`), linear between its s instants, from the indentation `depth`.
 
@@ -306,29 +317,49 @@ def follow_elements(
         depth: indentation at the start.
         glassy: whether the surfaces met just before the start.
         most_work: budget in multiply-adds.
-        stop: (1,) uint8, as of `bem.solver.time_stepping.march`.
     """
-    n, m = places.heights.size, solid.times.size
-    work, records, segment_steps = new_work(most_work), new_records(), np.zeros(times.size - 1, dtype=np.int64)
-    row = Row(depth > places.heights, np.zeros((n, m)), depth - places.heights)
-    new = Row(np.empty(n, np.bool_), np.empty((n, m)), np.empty(n))
-    for i in range(n):
-        if glassy and row.touching[i]:
-            row.memory[i, :] = row.load[i]
-        if glassy or not row.touching[i]:
-            row.load[i] *= solid.glassy
+    work, segment_steps = in_python(new_work)(most_work), np.zeros(times.size - 1, np.int64)
+    row = Row(depth > places.heights, np.zeros((places.heights.size, solid.times.size)), depth - places.heights)
+    if glassy:
+        row.memory[row.touching] = row.load[row.touching, np.newaxis]
+    row.load[~row.touching | glassy] *= solid.glassy
+    course = Course(row, float(depth), float(rules.force_scale), in_python(new_records)(), 0, PAUSED)
+    while course.outcome == PAUSED:
+        course = _follow(rules, solid, device, places, times, controls, course, segment_steps, next_slice(work))
+    states = course.records.states[: course.records.filled[0]]
+    energies, no_jumps, no_profiles = np.zeros(2), np.empty(0, JUMP), np.empty(0, PROFILE)
+    return Marched(states, no_jumps, work, segment_steps, energies, course.outcome, no_profiles)
+
+
+@kernel
+def _follow(
+    rules: Rules,
+    solid: Solid,
+    device: Device,
+    places: Places,
+    times: np.ndarray,
+    controls: np.ndarray,
+    course: Course,
+    segment_steps: np.ndarray,
+    work: np.ndarray,
+) -> Course:
+    """Follow a history on to the end of the segment in which a slice of work is done."""
+    row, depth, force_scale, records, outcome = course.row, course.depth, course.force_scale, course.records, COMPLETED
+    n, segment = places.heights.size, course.segment
+    new = Row(np.empty(n, np.bool_), np.empty((n, solid.times.size)), np.empty(n))
     force, radius = force_of_row(places, row)
-    records = with_record(records, times[0], depth, force, radius)
+    if records.filled[0] == 0:
+        records = with_record(records, times[0], depth, force, radius)
     past, depths, forces = np.zeros(_PARABOLA), np.zeros(_PARABOLA), np.zeros(_PARABOLA)
-    outcome, fastest = COMPLETED, np.min(solid.relaxations)
-    force_scale = rules.force_scale
-    for k in range(segment_steps.size):
+    fastest = np.min(solid.relaxations)
+    while segment < segment_steps.size and outcome == COMPLETED:
+        k = segment
         duration = times[k + 1] - times[k]
         step, now, count = min(0.01 * duration, 0.05 * fastest), 0.0, 1
         past[0], depths[0], forces[0] = 0.0, depth, force
         while now < duration and outcome == COMPLETED:
-            if is_spent(work) or stop[0] != 0:
-                outcome = OUT_OF_WORK if is_spent(work) else INTERRUPTED
+            if is_spent(work):
+                outcome = OUT_OF_WORK
                 break
             at_end = now + 1.0001 * step >= duration
             if at_end:
@@ -367,5 +398,7 @@ def follow_elements(
             segment_steps[k] += 1
             step = min(step * min(max(change, 0.3), 3.0), rules.longest_step * duration)
             step = max(step, _ROUNDING * duration)
-    states = records.states[: records.filled[0]]
-    return Marched(states, np.empty(0, JUMP), work, segment_steps, np.zeros(2), outcome, np.empty(0, PROFILE))
+        segment += 1
+        if outcome == COMPLETED and segment < segment_steps.size and is_to_pause(work):
+            outcome = PAUSED
+    return Course(row, depth, force_scale, records, segment, outcome)

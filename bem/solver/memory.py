@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into
 from bem.discretisation.master_grid import Grid
 from bem.discretisation.mesh import prolong
@@ -164,7 +164,7 @@ def remembered_in(memory: Memory, factors: StepFactors) -> Remembered:
     return Remembered(known, factors.response)
 
 
-@kernel_part
+@kernel
 def remember_start(memory: Memory, state: State, glassy: bool) -> None:
     """Set the memory to a state that has lasted for ever or, if `glassy`, begins at this instant."""
     if memory.strengths.size > 0:
@@ -174,7 +174,7 @@ def remember_start(memory: Memory, state: State, glassy: bool) -> None:
                 copy_into(memory.vectors[0, i], memory.traction[0])
 
 
-@kernel_part
+@kernel
 def remember(memory: Memory, factors: StepFactors, step: float, state: State) -> None:
     """Carry the memory to the end of an accepted step, which ends in `state`."""
     if memory.strengths.size > 0:

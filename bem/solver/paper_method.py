@@ -19,11 +19,11 @@ from __future__ import annotations
 
 import math
 import time
+from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.interruption import interruptible
-from bem._support.jit import kernel
+from bem._support.jit import in_python, kernel
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
 from bem._support.validation import finite_number, instance, whole_number
 from bem.discretisation.cohesive_zone import contact_edge, largest_contact_radius
@@ -33,8 +33,11 @@ from bem.scene import Scene
 from bem.solver.equilibrium import residual_of
 from bem.solver.jumps import jacobian, settle, smallest_eigenvalue
 from bem.solver.records import (
+    COMPLETED,
     MOST_WORK,
     MULTIPLY_ADDS,
+    NO_EQUILIBRIUM,
+    PAUSED,
     REJECTIONS,
     STEPS,
     Records,
@@ -42,8 +45,10 @@ from bem.solver.records import (
     count_factorisation,
     count_iteration,
     is_spent,
+    is_to_pause,
     new_records,
     new_work,
+    next_slice,
     with_jump,
     with_record,
     work_by_name,
@@ -103,15 +108,20 @@ def simulate_paper_method(
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
     corners, depths = np.array(history.times), np.array(history.indentations)
-    records, jumps, work, by_segment, solved = interruptible(
-        _march, interface_of(tabor, scene.adhesion), mesh, strengths, times, corners, depths, steps, budget
-    )
+    work, by_segment = in_python(new_work)(budget), np.zeros(corners.size - 1, np.int64)
+    none, of_past = np.empty(0), (np.empty(1024), np.empty((1024, nodes)))
+    course = _Course(in_python(new_records)(), none, none, none, *of_past, 0, 0.0, -1, 0.0, 0.0, PAUSED)
+    interface = interface_of(tabor, scene.adhesion)
+    while course.outcome == PAUSED:
+        course = _march(interface, mesh, strengths, times, corners, depths, steps, course, by_segment, next_slice(work))
+    records = course.records.states[: course.records.filled[0]]
+    jumps = course.records.jumps[: course.records.filled[1]]
     seconds = time.perf_counter() - started
     counted = work_by_name(work)
     reason = "no equilibrium found"
     if counted["multiply_adds"] >= budget:
         reason = f"stopped at the budget of {budget:g} multiply-adds; try fewer nodes or steps, or a larger most_work"
-    status = "completed" if solved else f"{reason} (at time {records['time'][-1]:.6g})"
+    status = "completed" if course.outcome == COMPLETED else f"{reason} (at time {records['time'][-1]:.6g})"
     return Trajectory(
         *columns_of(records),
         status=status,
@@ -130,6 +140,23 @@ def simulate_paper_method(
     )
 
 
+class _Course(NamedTuple):
+    """How far a history has been followed, on n nodes; there is room for more past increments of the traction."""
+
+    records: Records
+    gap: np.ndarray  # (n,)
+    tractions: np.ndarray  # (n,)
+    settled: np.ndarray  # (n,) the traction whose displacement does not change any more
+    instants: np.ndarray  # of the increments
+    increments: np.ndarray  # (room, n)
+    past: int  # increments so far
+    force: float
+    segment: int  # -1 before the start
+    now: float  # in the segment
+    step: float
+    outcome: int
+
+
 @kernel
 def _newton(
     interface: Interface,
@@ -139,7 +166,6 @@ def _newton(
     gap: np.ndarray,
     tractions: np.ndarray,
     work: np.ndarray,
-    stop: np.ndarray,
 ) -> bool:
     """Plain Newton-Raphson in the gap (n,), overwritten with `tractions` (n,); whether the residual became small."""
     n = gap.size
@@ -151,7 +177,7 @@ def _newton(
         worst = np.max(np.abs(residual))
         if worst < RESIDUAL * min(1.0, 10.0 * response):
             return True
-        if not worst < 1e12 or stop[0] != 0:
+        if not worst < 1e12:
             return False
         jacobian(interface, mesh.influence, gap, response, 0.0, columns)
         lu_factor(columns, n, pivots)
@@ -181,31 +207,36 @@ def _march(
     corners: np.ndarray,
     depths: np.ndarray,
     steps: int,
-    most_work: float,
-    stop: np.ndarray,
-) -> tuple:
-    """Follow the history; states and jumps, work, steps by segment, and whether its end was reached."""
-    n = mesh.radii.size
-    records, work, of_settling = new_records(), new_work(most_work), new_work(most_work)
-    by_segment = np.zeros(corners.size - 1, dtype=np.int64)
-    past, instants, increments = 0, np.empty(1024), np.empty((1024, n))
+    course: _Course,
+    by_segment: np.ndarray,
+    work: np.ndarray,
+) -> _Course:
+    """Follow the history for a slice of work; the steps of each segment and the work are counted."""
+    n, of_settling = mesh.radii.size, work.copy()
+    records, gap, tractions, settled, instants, increments, past, force, first, now, step, outcome = course
+    solved = True
     glassy = 1.0 - np.sum(strengths)
     shape = 1.0 + 0.5 * interface.tabor * mesh.radii**2
-    gap = np.maximum(shape - depths[0], 0.95)
-    tractions = np.zeros(n)
-    solved = settle(interface, mesh.influence, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
-    work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
-    settled = tractions.copy()  # relaxed: felt through the whole compliance
-    force = force_of(interface, mesh.force_weights, gap, tractions)
-    records = _recorded(records, interface, mesh, corners[0], depths[0], force, gap)
-    for segment in range(corners.size - 1):
+    if first < 0:
+        gap, tractions = np.maximum(shape - depths[0], 0.95), np.zeros(n)
+        solved = settle(interface, mesh.influence, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
+        work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
+        settled = tractions.copy()  # relaxed: felt through the whole compliance
+        force = force_of(interface, mesh.force_weights, gap, tractions)
+        records = _recorded(records, interface, mesh, corners[0], depths[0], force, gap)
+    for segment in range(max(first, 0), corners.size - 1):
         duration = corners[segment + 1] - corners[segment]
         nominal = duration / steps
         if times.size > 0:
             nominal = min(nominal, RESOLVED * np.min(times) / steps)
         smallest = nominal * 0.5**MOST_HALVINGS
-        step, now = nominal, 0.0
-        while solved and now < duration and stop[0] == 0:
+        if segment != first:
+            step, now = nominal, 0.0
+        while solved and now < duration:
+            if is_to_pause(work) and not is_spent(work):
+                return _Course(
+                    records, gap, tractions, settled, instants, increments, past, force, segment, now, step, PAUSED
+                )
             if is_spent(work):
                 solved = False
                 break
@@ -224,7 +255,7 @@ def _march(
             add_rows(mesh.influence, settled + total - glassy * tractions, displaced)
             rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
-            converged = _newton(interface, mesh, rhs, glassy, new_gap, new_traction, work, stop)
+            converged = _newton(interface, mesh, rhs, glassy, new_gap, new_traction, work)
             if not converged and step > 1.01 * smallest:
                 work[REJECTIONS] += 1
                 step *= 0.5
@@ -258,5 +289,5 @@ def _march(
             by_segment[segment] += 1
             work[STEPS] += 1
             step = min(1.5 * step, nominal)
-    states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
-    return states, jumps, work, by_segment, solved
+    outcome = COMPLETED if solved else NO_EQUILIBRIUM
+    return _Course(records, gap, tractions, settled, instants, increments, past, force, segment, now, step, outcome)

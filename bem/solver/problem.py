@@ -16,7 +16,7 @@ from bem.discretisation.following import Discretisation
 from bem.discretisation.hat_influence import kernel_series
 from bem.discretisation.influence import require_mesh
 from bem.discretisation.master_grid import master_grid, moves, widened
-from bem.discretisation.mesh import fixed_mesh
+from bem.discretisation.mesh import fixed_mesh, no_mesh
 from bem.indenter import PARABOLOID, depth_factor, tension_without_deformation
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol, default_start_indentation
 from bem.reference_solutions import hertz, jkr
@@ -99,7 +99,7 @@ def problem_of(
                 f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
                 f"{radii[-1]:.4g}"
             )
-    own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
+    own_mesh = no_mesh() if mesh is None else fixed_mesh(tabor, radii, strengths.size > 0)
     grid = own_mesh.grid
     if mesh is None:
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
@@ -180,6 +180,8 @@ def _presses_again(path: Path) -> bool:
     """
     if isinstance(path, ForceProtocol):
         return False
+    if not np.any(path.rates[1:] > 0.0):
+        return False
     depths = path.indentations
     fallen = np.maximum.accumulate(depths) - depths
     ahead = np.maximum.accumulate(depths[::-1])[::-1] - depths
@@ -236,8 +238,8 @@ def _slowest_of_cycles(rates: np.ndarray, creep: np.ndarray) -> np.ndarray:
     if not moving.size:
         return np.zeros(rates.size)
     rises = rates[moving] > 0.0
-    first = np.flatnonzero(np.insert(~rises[:-1] | rises[1:], 0, True))  # of each cycle, among those that move
+    first = np.flatnonzero(np.concatenate([[True], ~rises[:-1] | rises[1:]]))  # of each cycle, among those that move
     # A dwell belongs to the motion before it.
-    held = np.minimum.reduceat(creep, np.insert(moving[1:], 0, 0))
+    held = np.minimum.reduceat(creep, np.concatenate([[0], moving[1:]]))
     slowest = np.minimum.reduceat(np.minimum(np.abs(rates[moving]), held), first)
     return np.repeat(slowest, np.diff([0, *moving[first[1:]], rates.size]))

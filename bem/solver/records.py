@@ -35,12 +35,18 @@ COUNTS = (
     "unstable",
     "multiply_adds",
     "most_work",
+    "pause",
 )
-"""What is counted, in the order of the array. Unknowns are summed over iterations, nodes over steps."""
-ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, NODES, UNSTABLE, MULTIPLY_ADDS, MOST = range(len(COUNTS))
+"""What is counted, in the order of the array. Unknowns are summed over iterations, nodes over steps.
+
+At a count of `pause` multiply-adds a kernel returns to Python, which calls signal handlers then, and the kernel again.
+"""
+ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, NODES, UNSTABLE, MULTIPLY_ADDS, MOST, PAUSE = range(10)
 MOST_WORK, MOST_OF_A_DRAFT = 3e11, 3e10
 """Budgets of one simulation, in multiply-adds: about a minute, and a few seconds, of one core."""
-COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED, INTERRUPTED = 0, 1, 2, 3, 4, 5
+SLICE = 200_000_000
+"""Multiply-adds between two such pauses, some 50 ms."""
+COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED, PAUSED = 0, 1, 2, 3, 4, 5
 NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED = 6, 7, 8
 _UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
 
@@ -159,6 +165,18 @@ def is_spent(work: np.ndarray) -> bool:
     return work[MULTIPLY_ADDS] >= work[MOST]
 
 
+def next_slice(work: np.ndarray) -> np.ndarray:
+    """The counts, for a slice of work more."""
+    work[PAUSE] = work[MULTIPLY_ADDS] + SLICE
+    return work
+
+
+@kernel
+def is_to_pause(work: np.ndarray) -> bool:
+    """Whether this slice of work is done."""
+    return work[MULTIPLY_ADDS] >= work[PAUSE]
+
+
 def work_by_name(work: np.ndarray) -> dict[str, int]:
     """The counts as a dictionary with the names of `COUNTS`."""
     return {name: int(count) for name, count in zip(COUNTS, work, strict=True)}
@@ -193,11 +211,12 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray, highest: float = np.i
     """
     if len(records) < 3:
         return records, unloading
-    time, force = records["time"], records["force"]
-    smooth = _smooth(records)
+    table = records.view(np.float64).reshape(len(records), -1)  # its columns are the fields
+    time, force = table[:, 0], table[:, 2]
+    smooth = _smooth(time, table[:, 1])
     tops = np.flatnonzero(smooth & (force[1:-1] > force[:-2]) & (force[1:-1] > force[2:])) + 1
     positions, rows = [], []
-    for i in tops:
+    for i in tops.tolist():
         first = i - 2 if i >= 2 and smooth[i - 2] else i - 1
         found = _top((time[first : i + 2] - time[i]).tolist(), (force[first : i + 2] - force[i]).tolist())
         if found is None or force[i] + found[1] > highest:
@@ -205,29 +224,30 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray, highest: float = np.i
         after, rise = found
         side = i - 1 if after < 0.0 else i + 1
         part = after / (time[side] - time[i])
-        row = tuple(here + part * (there - here) for here, there in zip(records[i], records[side], strict=True))
+        row = table[i] + part * (table[side] - table[i])
         if not time[min(i, side)] < row[0] < time[max(i, side)]:
             continue
+        row[2] = force[i] + rise
         positions.append(max(i, side))
-        rows.append((*row[:2], force[i] + rise, *row[3:]))
+        rows.append(row)
     if not rows:
         return records, unloading
     # by hand, as `numpy.insert` takes longer than the search
     new = np.array(positions) + np.arange(len(positions))
     old = np.ones(len(records) + len(new), bool)
     old[new] = False
-    extended, phase = np.empty(old.size, RECORD), np.empty(old.size, bool)
-    extended[old], extended[new] = records, rows
+    extended, phase = np.empty((old.size, table.shape[1])), np.empty(old.size, bool)
+    extended[old], extended[new] = table, rows
     phase[old], phase[new] = unloading, unloading[np.array(positions) - 1]
-    return extended, phase
+    return extended.view(RECORD)[:, 0], phase
 
 
-def _smooth(records: np.ndarray) -> np.ndarray:
-    """(n - 2,) bool: whether a curve may be drawn through an entry and both its neighbours."""
-    steps = np.diff(records["time"])
+def _smooth(time: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """(n - 2,) bool: whether a curve may be drawn through a state (n,) and both its neighbours."""
+    steps = time[1:] - time[:-1]
     before, after = steps[:-1], steps[1:]
     even = (before > 0.0) & (after > 0.0) & (before < _UNEVEN * after) & (after < _UNEVEN * before)
-    rate = np.diff(records["indentation"]) / np.maximum(steps, 1e-300)
+    rate = (depth[1:] - depth[:-1]) / np.maximum(steps, 1e-300)
     # no corner of the protocol
     return even & (np.abs(np.diff(rate)) <= 1e-4 * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1])))
 

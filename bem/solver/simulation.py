@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from dataclasses import replace
@@ -12,13 +11,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.interruption import interruptible
-from bem._support.jit import announce_compilation, note_compilation
+from bem._support.jit import compilation
 from bem._support.validation import finite_number, instance, whole_number
 from bem._support.wording import shown
 from bem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.indenter import PARABOLOID, tension_without_deformation
-from bem.materials import StandardLinearSolid
+from bem.materials import Elastic, StandardLinearSolid
 from bem.profiles import MOST_PROFILES, checked_instants, telling_instants
 from bem.protocol import (
     ForceProtocol,
@@ -38,7 +36,6 @@ from bem.solver.problem import Path, deepest_indentation, least_force, problem_o
 from bem.solver.records import (
     COMPLETED,
     DETACHED,
-    INTERRUPTED,
     MOST_OF_A_DRAFT,
     MOST_WORK,
     NO_EQUILIBRIUM,
@@ -57,7 +54,6 @@ from bem.solver.time_stepping import march
 from bem.tractions import HardContact, TractionLaw
 from bem.trajectory import Jump, Statistics, Trajectory
 
-_SHORT = 300  # instants of a protocol
 _MOST_REFINEMENTS = 3  # each halves the target error
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations")
@@ -68,7 +64,6 @@ REASONS = {
     "most_work",
     UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
     DETACHED: "detached: no contact bears the prescribed force",
-    INTERRUPTED: "interrupted",
     NOT_FINITE: "a number of the history is not finite; try a tighter accuracy",
     TOO_MUCH_TENSION: "tension beyond what the adhesion allows; try a tighter accuracy",
     NOT_BALANCED: "work beyond what the contact stores and loses; try a tighter accuracy",
@@ -125,32 +120,29 @@ def simulate(
     budget = finite_number("most_work", most_work, low=1e3, high=1e18)
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
-    load_kernels()
     path = history_of(protocol, scene.tabor)
     glassy = initial_state == "glassy"
     if mesh is None and profiles is None and isinstance(scene.adhesion, HardContact):
-        started, request = time.perf_counter(), (scene, path, target, glassy, budget)
-        if path.times.size > _SHORT:
-            result, rung = interruptible(follow_hard_contact, *request)
-        else:  # over before a thread has begun
-            result, rung = follow_hard_contact(*request, np.zeros(1, np.uint8))
+        load_kernels("no adhesion")
+        started = time.perf_counter()
+        result, rung = follow_hard_contact(scene, path, target, glassy, budget)
         result = _checked(result, scene, path, target.target)
         if result.outcome not in _RETRIED:
             return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
     instants = np.empty(0)
     if isinstance(profiles, Integral):
         count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
-        first = interruptible(_followed, scene, path, target, glassy, mesh, instants, budget)
+        first = _followed(scene, path, target, glassy, mesh, instants, budget)
         if not first.completed:
             return first
         instants = telling_instants(first, count)
     elif profiles is not None:
         instants = checked_instants(profiles, path.times)
     if mesh is not None or profiles is not None:  # of the scene as it is
-        return interruptible(_followed, scene, path, target, glassy, mesh, instants, budget)
+        return _followed(scene, path, target, glassy, mesh, instants, budget)
     lighter = lighter_scene(scene, path, target.target, glassy)
-    found = _on_branch(lighter.scene, path, target, budget) or interruptible(
-        _followed, lighter.scene, path, target, glassy, None, instants, budget
+    found = _on_branch(lighter.scene, path, target, budget) or _followed(
+        lighter.scene, path, target, glassy, None, instants, budget
     )
     return _as_asked(found, scene, lighter) if lighter.left_out else found
 
@@ -171,9 +163,10 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     narrow = steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
     if scene.material.strengths.size or isinstance(scene.adhesion, HardContact) or narrow:
         return None
+    load_kernels("elastic curve")
     started = time.perf_counter()
     try:
-        result = interruptible(lambda _: march_elastic(scene, path, target, *prescribed(path), budget))
+        result = march_elastic(scene, path, target, *prescribed(path), budget)
     except MemoryError as error:
         return _not_started(str(error), target.target, 0)
     result = _checked(result, scene, path, target.target)
@@ -195,8 +188,8 @@ def _followed(
     mesh: ArrayLike | None,
     instants: np.ndarray,
     budget: float,
-    stop: np.ndarray,
 ) -> Trajectory:
+    load_kernels("boundary elements")
     seconds, spent = 0.0, 0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
@@ -207,20 +200,20 @@ def _followed(
                 return _not_started(str(error), wanted, len(scene.material.strengths))
             break
         started = time.perf_counter()
-        result = march(problem, *prescribed(path), instants, glassy, budget - spent, stop)
+        result = march(problem, *prescribed(path), instants, glassy, budget - spent)
         result = _checked(result, scene, path, wanted)
         seconds += time.perf_counter() - started
         spent += work_by_name(result.work)["multiply_adds"]
         aim, attempts = wanted, refinement + 1
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
-        if stop[0] or result.outcome not in _RETRIED:
+        if result.outcome not in _RETRIED:
             break
     failed = attempts - (result.outcome not in _RETRIED)
     found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
         found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
-    stats = replace(found.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent)
-    stats = replace(stats, grid_nodes=problem.scheme.grid.size)
+    nodes = problem.scheme.grid.size
+    stats = replace(found.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent, grid_nodes=nodes)
     status = found.status
     if attempts > 1:
         tried = f"{failed} failed attempt{'s' * (failed > 1)}"
@@ -228,18 +221,46 @@ def _followed(
     return replace(found, status=status, stats=stats)
 
 
-@functools.cache
-def load_kernels() -> None:
-    """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
-    announce_compilation()
+def load_kernels(*names: str) -> None:
+    """Compile what answers a scene, or load it from the cache, by following a tiny contact once.
+
+    Args:
+        names: "boundary elements", "elastic curve" and "no adhesion", as far as they will be used; all by default.
+    """
+    names = names or tuple(_KERNELS)
+    for number, name in enumerate(names):
+        if name not in _loaded:
+            seconds, load = _KERNELS[name]
+            with compilation(names, number, seconds):
+                load()
+            _loaded.add(name)
+
+
+def _load_boundary_elements() -> None:
     scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
     problem = problem_of(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5))
-    interruptible(march, problem, *prescribed(path), np.empty(0), False, 1e4)
-    soft = Scene(tabor=1.0, material=StandardLinearSolid(0.5), adhesion=HardContact())
-    for one in (scene, soft):
-        interruptible(follow_hard_contact, one, path, resolve_accuracy("draft"), False, 1e4)
+    march(problem, *prescribed(path), np.empty(0), False, 1e4)
+
+
+def _load_elastic_curve() -> None:
+    path = PiecewiseLinearProtocol([0.0, 1.0], [-2.0, 0.1])  # with a jump
     march_elastic(Scene(tabor=1.0), path, resolve_accuracy("draft"), *prescribed(path), MOST_WORK)
-    note_compilation()
+
+
+def _load_hard_contact() -> None:
+    path = PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
+    for material in (Elastic(), StandardLinearSolid(0.5)):
+        scene = Scene(tabor=1.0, material=material, adhesion=HardContact())
+        follow_hard_contact(scene, path, resolve_accuracy("draft"), False, 1e4)
+
+
+_KERNELS = {
+    "boundary elements": (30.0, _load_boundary_elements),
+    "elastic curve": (12.0, _load_elastic_curve),
+    "no adhesion": (6.0, _load_hard_contact),
+}
+"""What is compiled together, with the seconds of one core that it takes."""
+_loaded: set[str] = set()
 
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
@@ -249,9 +270,10 @@ def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "st
     """
     if isinstance(scene.adhesion, HardContact):
         return 0
+    load_kernels("boundary elements")
     path = history_of(protocol, scene.tabor)
     problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
-    result = interruptible(march, problem, *prescribed(path), np.empty(0), False, MOST_WORK)
+    result = march(problem, *prescribed(path), np.empty(0), False, MOST_WORK)
     return work_by_name(result.work)["unstable"]
 
 

@@ -6,19 +6,20 @@ contact then settles on the next stable branch, and the trajectory records the j
 start of each protocol segment, so that long dwells cost no digits.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import in_python, kernel
 from bem.discretisation.cohesive_zone import edge_width
 from bem.discretisation.following import first_mesh, same_nodes, select_mesh
-from bem.discretisation.mesh import condense
+from bem.discretisation.mesh import condense, no_mesh
 from bem.discretisation.regrid import Remembered, carried
 from bem.discretisation.state import State, edge_left_window, energy_of
 from bem.indenter import depth_factor
 from bem.solver.equilibrium import Factor, new_factor
-from bem.solver.extrapolation import push_recent, recent_on, start_recent
+from bem.solver.extrapolation import Recent, push_recent, recent_on, start_recent
 from bem.solver.gap_equation import has_flown_off, influence_of, state_under
 from bem.solver.jumps import equilibrate, is_unstable, parted, record_jump
 from bem.solver.memory import (
@@ -36,10 +37,10 @@ from bem.solver.problem import Problem
 from bem.solver.records import (
     COMPLETED,
     DETACHED,
-    INTERRUPTED,
     NO_EQUILIBRIUM,
     NODES,
     OUT_OF_WORK,
+    PAUSED,
     REJECTIONS,
     STEPS,
     UNPHYSICAL,
@@ -47,8 +48,10 @@ from bem.solver.records import (
     Marched,
     Records,
     is_spent,
+    is_to_pause,
     new_records,
     new_work,
+    next_slice,
     with_profile,
     with_record,
 )
@@ -61,6 +64,16 @@ _FAINT = 0.2  # force between surfaces that are apart, over its scale, below whi
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
+class Stepping(NamedTuple):
+    """How far one segment of a protocol has been followed."""
+
+    recent: Recent
+    now: float
+    step: float  # length of the next
+    shortened: bool  # whether a longer step failed
+    other_nodes: bool  # whether nodes were chosen after the last step
+
+
 class Progress(NamedTuple):
     """How far a contact has been followed, and what the next step starts from."""
 
@@ -69,7 +82,9 @@ class Progress(NamedTuple):
     factor: Factor  # kept from the last step
     records: Records
     mesh_chosen: int  # the step at which nodes were chosen last
-    outcome: int  # COMPLETED so far, or why it ended
+    outcome: int  # COMPLETED so far, or why it ended; PAUSED within a segment
+    segment: int  # the next; -1 before the start
+    stepping: Stepping  # in this one, where it is PAUSED
 
 
 class Segment(NamedTuple):
@@ -85,9 +100,10 @@ class Segment(NamedTuple):
     smallest: float  # below, a step changes neither indentation nor memory enough to matter: failure there is a fold
     longest: float
     returns: bool  # whether surfaces that are apart may come together again
+    index: int
 
 
-@kernel_part
+@kernel
 def segment_of(problem: Problem, times: np.ndarray, controls: np.ndarray, index: int, last_rise: int) -> Segment:
     """The segment number `index` of a protocol (`times`, `controls`), and the steps that it allows.
 
@@ -108,10 +124,12 @@ def segment_of(problem: Problem, times: np.ndarray, controls: np.ndarray, index:
     smallest = min(max(smallest, 1e-13 * duration), longest)
     first = max(min(first, longest), smallest)
     begin, end, returns = times[index], times[index + 1], 0 < index <= last_rise
-    return Segment(begin, end, controls[index], controls[index + 1], duration, rate, first, smallest, longest, returns)
+    return Segment(
+        begin, end, controls[index], controls[index + 1], duration, rate, first, smallest, longest, returns, index
+    )
 
 
-@kernel_part
+@kernel
 def _within(step: float, now: float, until: float) -> tuple[float, float]:
     """Shorten a step to meet an instant without leaving a tiny one; return it and the time after it."""
     if now + 1.0000001 * step >= until:
@@ -121,7 +139,7 @@ def _within(step: float, now: float, until: float) -> tuple[float, float]:
     return step, now + step
 
 
-@kernel_part
+@kernel
 def _jumped(problem: Problem, before: State, after: State) -> bool:
     """Whether the contact changed to another branch."""
     if problem.interface.nonadhesive:
@@ -131,7 +149,7 @@ def _jumped(problem: Problem, before: State, after: State) -> bool:
     return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
 
 
-@kernel_part
+@kernel
 def _on_finer_grid(problem: Problem, progress: Progress) -> Progress:
     """The contact on a grid of half the spacing; other nodes are chosen after the next step."""
     scheme, state, old = problem.scheme, progress.state, progress.state.mesh
@@ -139,29 +157,32 @@ def _on_finer_grid(problem: Problem, progress: Progress) -> Progress:
     mesh = condense(scheme.grid, problem.interface.tabor, 2 * old.nodes, nowhere, scheme.remembers)
     moved = State(mesh, state.depth, state.gap, state.traction, state.force, state.edge)
     memory = memory_on(progress.memory, old.grid, scheme.grid)
-    return Progress(moved, memory, new_factor(state.gap.size), progress.records, progress.mesh_chosen, COMPLETED)
+    factor, chosen = new_factor(state.gap.size), progress.mesh_chosen
+    return Progress(moved, memory, factor, progress.records, chosen, COMPLETED, progress.segment, progress.stepping)
 
 
-@kernel_part
+@kernel
 def follow(
     problem: Problem,
     segment: Segment,
     progress: Progress,
     instants: np.ndarray,
-    stop: np.ndarray,
     work: np.ndarray,
 ) -> Progress:
-    """Follow one segment of the protocol."""
+    """Follow one segment of the protocol, until it ends or the slice of work is done."""
     state, memory, factor, records = progress.state, progress.memory, progress.factor, progress.records
     mesh_chosen, outcome = progress.mesh_chosen, COMPLETED
-    recent = start_recent(state, 0.0)
-    forget_rate(memory)
+    if progress.outcome == PAUSED:
+        recent, now, step, shortened, other_nodes = progress.stepping
+    else:
+        recent = start_recent(state, 0.0)
+        forget_rate(memory)
+        now, step, shortened, other_nodes = 0.0, segment.first, False, False
     smallest, fixed = segment.smallest, problem.scheme.fixed
-    step, now, shortened, other_nodes = segment.first, 0.0, False, False
     stiff = 1.0 - np.sum(memory.strengths) < _STIFF_RESPONSE
     while now < segment.duration:
-        if is_spent(work) or stop[0] != 0:
-            outcome = OUT_OF_WORK if is_spent(work) else INTERRUPTED
+        if is_spent(work) or is_to_pause(work):
+            outcome = OUT_OF_WORK if is_spent(work) else PAUSED
             break
         until, number = segment.duration, records.filled[3]
         if number < instants.size:  # of the next profile
@@ -251,7 +272,8 @@ def follow(
                 )
                 factor = new_factor(state.gap.size)
                 other_nodes = stiff
-    return Progress(state, memory, factor, records, mesh_chosen, outcome)
+    stepping = Stepping(recent, now, step, shortened, other_nodes)
+    return Progress(state, memory, factor, records, mesh_chosen, outcome, segment.index, stepping)
 
 
 @kernel
@@ -277,54 +299,103 @@ def start(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> P
     memory = new_memory(problem.strengths, problem.times, state.mesh.grid.size)
     if solved:
         remember_start(memory, state, glassy)
-    return Progress(state, memory, new_factor(state.gap.size), new_records(), 0, outcome)
+    stepping = Stepping(start_recent(state, 0.0), 0.0, 0.0, False, False)
+    return Progress(state, memory, new_factor(state.gap.size), new_records(), 0, outcome, 0, stepping)
 
 
 @kernel
-def march(
+def proceed(
     problem: Problem,
     times: np.ndarray,
     controls: np.ndarray,
     instants: np.ndarray,
     glassy: bool,
-    most_work: float,
-    stop: np.ndarray,
-) -> Marched:
+    progress: Progress,
+    segment_steps: np.ndarray,
+    energies: np.ndarray,
+    work: np.ndarray,
+) -> Progress:
+    """Follow a history for a slice of work, or to its end; arguments as of `followed`.
+
+    Returns:
+        how far it got, PAUSED where it goes on from there.
+    """
+    if progress.segment < 0:
+        progress = start(problem, controls[0], glassy, work)
+        if progress.outcome != COMPLETED:
+            return progress
+        state, records = progress.state, progress.records
+        records = with_record(records, times[0], state.depth, state.force, state.edge)
+        if instants.size > 0 and instants[0] <= times[0]:
+            records = with_profile(records, state)
+        energies[0] = energy_of(problem.interface, state)
+        progress = Progress(state, progress.memory, progress.factor, records, 0, COMPLETED, 0, progress.stepping)
+    last_rise = -1
+    for k in range(segment_steps.size):
+        last_rise = k if controls[k + 1] > controls[k] else last_rise
+    for k in range(progress.segment, segment_steps.size):
+        steps = work[STEPS]
+        segment = segment_of(problem, times, controls, k, last_rise)
+        if 0 < k == problem.scheme.wide_segments and progress.outcome != PAUSED:
+            progress = _on_finer_grid(problem, progress)
+        progress = follow(problem, segment, progress, instants, work)
+        segment_steps[k] += work[STEPS] - steps
+        if progress.outcome != COMPLETED:
+            break
+    if progress.outcome == COMPLETED:
+        energies[1] = energy_of(problem.interface, progress.state)
+    return progress
+
+
+@functools.cache
+def before_start() -> Progress:
+    """What `followed` takes for a protocol that has not begun; the types of its parts are all that counts."""
+    mesh, none = no_mesh(), np.empty(0)
+    state, memory = State(mesh, 0.0, none, none, 0.0, 0.0), in_python(new_memory)(none, none, 0)
+    recent = Recent(np.empty((0, 0)), np.empty((0, 0)), none, none, np.zeros(1, np.int64))
+    stepping, records = Stepping(recent, 0.0, 0.0, False, False), in_python(new_records)()
+    return Progress(state, memory, in_python(new_factor)(0), records, 0, PAUSED, -1, stepping)
+
+
+def followed(
+    problem: Problem,
+    times: np.ndarray,
+    controls: np.ndarray,
+    instants: np.ndarray,
+    glassy: bool,
+    progress: Progress,
+    work: np.ndarray,
+) -> tuple[Progress, np.ndarray, np.ndarray]:
     """Follow the history that a protocol prescribes (`times`, `controls`), linear between its s instants.
+
+    It is followed in slices, between which Python calls signal handlers.
 
     Args:
         problem: the scene, discretised.
         times, controls: (s,) the protocol: indentations (of the stage, where there is a spring), or forces.
         instants: (p,) of the profiles, increasing; steps end there.
         glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
-        most_work: budget in multiply-adds, see `bem.solver.records`.
-        stop: (1,) uint8, set by `bem._support.interruption.interruptible`; each step looks at it.
+        progress: `before_start`, or the state to go on from, at the first instant.
+        work: counts as in `bem.solver.records`, added to.
+
+    Returns:
+        how far it got, the steps of each segment (s - 1,), and the energies (2,) stored at both ends.
     """
-    work, energies = new_work(most_work), np.zeros(2)
-    segment_steps = np.zeros(times.size - 1, dtype=np.int64)
-    progress = start(problem, controls[0], glassy, work)
-    records, outcome, state = progress.records, progress.outcome, progress.state
-    if outcome == COMPLETED:
-        records = with_record(records, times[0], state.depth, state.force, state.edge)
-        if instants.size > 0 and instants[0] <= times[0]:
-            records = with_profile(records, state)
-        energies[0] = energy_of(problem.interface, state)
-        progress = Progress(state, progress.memory, progress.factor, records, 0, COMPLETED)
-        last_rise = -1
-        for k in range(segment_steps.size):
-            last_rise = k if controls[k + 1] > controls[k] else last_rise
-        for k in range(segment_steps.size):
-            steps = work[STEPS]
-            segment = segment_of(problem, times, controls, k, last_rise)
-            if 0 < k == problem.scheme.wide_segments:
-                progress = _on_finer_grid(problem, progress)
-            progress = follow(problem, segment, progress, instants, stop, work)
-            segment_steps[k] = work[STEPS] - steps
-            if progress.outcome != COMPLETED:
-                break
-        records, outcome = progress.records, progress.outcome
-        if outcome == COMPLETED:
-            energies[1] = energy_of(problem.interface, progress.state)
+    segment_steps, energies = np.zeros(times.size - 1, np.int64), np.zeros(2)
+    while True:
+        counts = segment_steps, energies, next_slice(work)
+        progress = proceed(problem, times, controls, instants, glassy, progress, *counts)
+        if progress.outcome != PAUSED:
+            return progress, segment_steps, energies
+
+
+def march(
+    problem: Problem, times: np.ndarray, controls: np.ndarray, instants: np.ndarray, glassy: bool, most_work: float
+) -> Marched:
+    """Follow a protocol from its start, with a budget in multiply-adds; other arguments as of `followed`."""
+    work = in_python(new_work)(most_work)
+    progress, steps, energies = followed(problem, times, controls, instants, glassy, before_start(), work)
+    records = progress.records
     states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
     profiles = records.profiles[: records.filled[2]]
-    return Marched(states, jumps, work, segment_steps, energies, outcome, profiles)
+    return Marched(states, jumps, work, steps, energies, progress.outcome, profiles)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import kernel
 from bem.discretisation.regrid import Remembered
 from bem.discretisation.state import State, state_of
 from bem.solver.equilibrium import Factor, factorise, new_factor, solve_adhesive, solve_nonadhesive
@@ -27,7 +27,7 @@ _MOST_DEPTHS = 10  # tried until the prescribed force is met
 _BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
 
 
-@kernel_part
+@kernel
 def try_step(
     problem: Problem,
     state: State,
@@ -158,7 +158,7 @@ def _solve_by_depth(
     return False
 
 
-@kernel_part
+@kernel
 def _verdict(error: float, allowed: float, order: int, can_shrink: bool) -> tuple[bool, float]:
     """Whether an error of the prediction is accepted, and the factor by which to change the step."""
     shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)

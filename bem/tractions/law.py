@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import kernel
 from bem.tractions.lennard_jones import GAP_AT_PEAK, potential, slope, tail_energy, tail_force, traction
 
 # No integers: Numba compiles a function anew for each constant one.
@@ -65,31 +65,31 @@ def _tabulated(law: Law, gap: float, which: float) -> float:
     return row[6] - 2.0 * x * (row[5] + x * work)
 
 
-@kernel_part
+@kernel
 def traction_at(law: Law, gap: float) -> float:
     """Traction of a law at a `gap` above its floor."""
     return _tabulated(law, gap, _TRACTION) if law.tabulated else traction(gap)
 
 
-@kernel_part
+@kernel
 def slope_at(law: Law, gap: float) -> float:
     """Derivative of the traction of a law with respect to the `gap`."""
     return _tabulated(law, gap, _SLOPE) if law.tabulated else slope(gap)
 
 
-@kernel_part
+@kernel
 def potential_at(law: Law, gap: float) -> float:
     """`potential` of a law."""
     return _tabulated(law, gap, _POTENTIAL) if law.tabulated else potential(gap)
 
 
-@kernel_part
+@kernel
 def tail_force_at(law: Law, gap: float) -> float:
     """`tail_force` of a law, minus twice its potential."""
     return -2.0 * _tabulated(law, gap, _POTENTIAL) if law.tabulated else tail_force(gap)
 
 
-@kernel_part
+@kernel
 def tail_energy_at(law: Law, gap: float) -> float:
     """`tail_energy` of a law."""
     return _tabulated(law, gap, _ENERGY) if law.tabulated else tail_energy(gap)

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._support.jit import kernel
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, Law, slope_at, traction_at
 
 PRESSED = 1.08  # below this gap (in h0) the traction is the unknown; other laws scale its distance from 1
 LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
 
 
-@kernel_part
+@kernel
 def pressed_below(law: Law) -> float:
     """Gap below which the traction is the unknown."""
     return 1.0 + (PRESSED - 1.0) * law.rise
@@ -80,7 +80,7 @@ def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, law: Law, ou
             out[j] = pressed_gap(min(scaled[j], LARGEST_TENSION), guess[j])
 
 
-@kernel_part
+@kernel
 def changed_gap(law: Law, gap: float, wanted: float, pressed: float) -> float:
     """The gap of a node whose traction is to become `wanted`, on the scale on which the law rises.
 

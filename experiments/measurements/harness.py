@@ -25,7 +25,7 @@ from typing import Annotated, Any, Self, TypeVar
 import numpy as np
 import typer
 
-from bem._support.interruption import deaf_processes
+from bem._support.interruption import without_interrupts
 from bem._support.outputs import write_whole
 from bem._support.text_files import plain
 
@@ -168,7 +168,7 @@ def in_parallel(
     """Results of a function for each tuple of arguments, computed in `jobs` processes, in order."""
     from joblib import Parallel, delayed
 
-    with deaf_processes():
+    with without_interrupts():
         results = Parallel(n_jobs=jobs, return_as="generator")(delayed(function)(*some) for some in arguments)
     return list(progress(results, label, len(arguments)))
 

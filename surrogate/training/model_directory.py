@@ -12,7 +12,6 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from bem._support.interruption import whole
 from bem._support.outputs import plain_name
 from surrogate.training.queue import STOP_FILE
 
@@ -87,7 +86,7 @@ def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
     target = Path(os.path.realpath(destination))
     target.parent.mkdir(parents=True, exist_ok=True)
     # A hidden name, which `surrogate list` ignores.
-    with whole, tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
+    with tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
         arriving, former = Path(name) / "arriving", Path(name) / "former"
         shutil.copytree(folder / "model", arriving)
         if target.exists():

@@ -6,6 +6,7 @@ published (`surrogate.training.identity`) are skipped by the caller, and every o
 
 from __future__ import annotations
 
+import atexit
 import signal
 import subprocess
 import sys
@@ -14,7 +15,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 
-from bem._support.interruption import undo, whole
 from bem._support.outputs import plain_name
 
 STOP_FILE = "STOP"
@@ -68,13 +68,13 @@ def run_queue(
     should_stop = stop_request(folder)
     queue, running, ended = list(waiting), {}, {}
     asked: set[str] = set()
-    # The trainings may belong to the terminal that sends Ctrl-C, or not.
-    undo.append(lambda: [process.send_signal(signal.SIGINT) for process in list(running.values())])
+    # After Ctrl-C, for the trainings may belong to the terminal that sends it, or not.
+    atexit.register(lambda: [process.send_signal(signal.SIGINT) for process in running.values()])
     while running or (queue and not should_stop()):
         while queue and len(running) < jobs and not should_stop():
             name = queue.pop(0)
             (folder / name).mkdir(parents=True, exist_ok=True)
-            with whole, (folder / name / "log.txt").open("a", encoding="utf-8") as output:
+            with (folder / name / "log.txt").open("a", encoding="utf-8") as output:
                 running[name] = subprocess.Popen(
                     [sys.executable, "-m", "surrogate", *command(name)], stdout=output, stderr=subprocess.STDOUT
                 )

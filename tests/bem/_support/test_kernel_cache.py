@@ -8,7 +8,7 @@ import pytest
 from numba import config
 
 from bem._support import kernel_cache
-from bem._support.jit import announce_compilation, kernel
+from bem._support.jit import compilation, kernel
 from tests.processes import ROOT, python
 
 
@@ -130,7 +130,8 @@ def test_nothing_is_kept_in_unsafe_folders(caches, monkeypatch, tmp_path, capsys
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.chdir(tmp_path)
     assert kernel(increased)(2.0) == 3.5
-    announce_compilation()
+    with compilation(["a"], 0, 3.0):
+        pass
     told = capsys.readouterr().err.splitlines()
     assert "the solver is compiled at every start" in told[0]
     assert "compiling the solver" in told[-1]

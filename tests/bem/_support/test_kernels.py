@@ -1,5 +1,7 @@
 """Kernels: small systems, monotone cubics, and when their compilation is announced."""
 
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem._support.interpolation import ForceInterpolant
-from bem._support.jit import announce_compilation, kernel, note_compilation
+from bem._support.jit import compilation, kernel
 from bem._support.linear_algebra import add_rows, determinant_is_negative, dot, lu_factor, lu_solve
 
 
@@ -147,17 +149,30 @@ def cache(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_cache_with_some_kernels_is_announced_and_a_complete_one_is_not(cache, capsys):
-    (cache / "some.kernel.nbc").touch()
-    announce_compilation()
-    assert "compiling the solver" in capsys.readouterr().err
-    note_compilation()
-    announce_compilation()
-    assert capsys.readouterr().err == ""
+def test_a_compilation_is_announced_once(cache, capsys):
+    for expected in ("bem: compiling the solver for this processor, once: b (2 of 2), about 3 s\n", ""):
+        with compilation(["a", "b"], 1, 3.0):
+            pass
+        assert capsys.readouterr().err == expected
 
 
-def test_a_cache_that_cannot_be_written_does_not_stop_a_simulation(cache, monkeypatch, capsys):
+def test_a_cut_compilation_is_announced_again(cache, capsys):
+    with pytest.raises(KeyboardInterrupt), compilation(["a"], 0, 3.0):
+        raise KeyboardInterrupt
+    capsys.readouterr()
+    with compilation(["a"], 0, 3.0):
+        assert "compiling the solver" in capsys.readouterr().err
+
+
+def test_a_terminal_counts_the_seconds(cache, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with compilation(["a"], 0, 3.0):
+        time.sleep(1.5)
+    assert " s, about " in capsys.readouterr().err
+
+
+def test_an_unwritable_cache_stops_no_simulation(cache, monkeypatch, capsys):
     monkeypatch.setattr(config, "CACHE_DIR", str(cache / "none"))
-    note_compilation()
-    announce_compilation()
-    assert "compiling the solver" in capsys.readouterr().err
+    for _ in range(2):
+        with compilation(["a"], 0, 3.0):
+            assert "compiling the solver" in capsys.readouterr().err
