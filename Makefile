@@ -211,7 +211,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
-	lab-coverage stream-latency limits
+	lab-coverage limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
 
 ##@ Development
