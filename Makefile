@@ -213,7 +213,7 @@ measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revisi
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
-	lab-coverage stream-latency limits
+	lab-coverage limits
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
 
 ##@ Development

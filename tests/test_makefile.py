@@ -130,8 +130,8 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
 
 
 def test_a_measurement_is_published_under_its_name(tmp_path):
-    lines = commands("measure-stream-latency", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
-    for name in ("stream_latency", "canonical_times"):
+    lines = commands("measure-ways-to-call", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
+    for name in ("ways_to_call", "canonical_times"):
         places = f"--results results --published {tmp_path} --configs experiments/configs"
         assert f"-m experiments {name} {places} --busy" in lines
         assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines

@@ -45,7 +45,6 @@ Setup(radius=[50e-6], work_of_adhesion=0.05, relaxed_modulus=2e6)  # refused
 bead.simulate(path, force_sign="upwards")  # refused
 fit(trajectory, bead)  # refused
 model.predict(scene, 3.0)  # refused
-model.stream("soft")  # refused
 number: int = model.predict_history(np.zeros((1, 3)), np.zeros((1, 3)), scene)  # refused
 """
 

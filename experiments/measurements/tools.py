@@ -17,7 +17,7 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
-from experiments.measurements.cases import STEPS, Case, Hidden
+from experiments.measurements.cases import Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
 from experiments.paper.model_comparison import published, trained_otherwise
 from surrogate.architectures.naming import names
@@ -113,30 +113,6 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
     asked = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
     with without_extrapolation_warnings():
         return model.predict(asked, hidden.protocols(), **options)
-
-
-def points_of(name: str, hidden: Hidden) -> list[list[tuple[float, float, bool]]]:
-    """What a stream is told of each protocol: time, indentation and edge at the steps of the model's training."""
-    from surrogate.data.features import edge_from_counts
-
-    kind = "physical" if name in NAMES else "uniform"
-    columns = *hidden.grid(kind), edge_from_counts(STEPS[kind], len(hidden)) > 0
-    return [list(zip(*one, strict=True)) for one in zip(*(values.tolist() for values in columns), strict=True)]
-
-
-def streamed(model: Any, name: str, hidden: Hidden) -> tuple[Callable[[int], None], int]:
-    """What takes all steps of one protocol, on the measurement steps of the model's training, and their number."""
-    ratio = hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO
-    points = points_of(name, hidden)
-    with without_extrapolation_warnings():
-        streams = [model.stream(scene) for scene in scenes(hidden.quantities["tabor"], ratio)]
-
-    def take(row: int) -> None:
-        streams[row].reset()
-        for point in points[row]:
-            streams[row].step(*point)
-
-    return take, len(points[0])
 
 
 def complete(models: Path) -> list[str]:

@@ -1,1 +1,1 @@
-"""What the surrogates deliver and cost: errors, bands, gradients and streams."""
+"""What the surrogates deliver and cost: errors, bands and gradients."""

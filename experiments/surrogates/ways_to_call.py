@@ -1,8 +1,8 @@
 """What each way to call `fast`, `accurate` and a model of the paper costs, beside the solver, and errors of gradients.
 
-Processor seconds are of one thread, per trajectory, in a batch and in single calls, per gradient of the pull-off force
-and per step of a stream, taken in turns with the solver's, on hidden protocols of the paper's modulus ratio. Errors of
-forces are measured by `experiments.surrogates.errors_by_place`.
+Processor seconds are of one thread, per trajectory, in a batch and in single calls, and per gradient of the pull-off
+force, taken in turns with the solver's, on hidden protocols of the paper's modulus ratio. Errors of forces are measured
+by `experiments.surrogates.errors_by_place`.
 
 The inputs F and their measurement steps are compiled and not differentiated automatically, so the gradient of a
 pretrained model is that of central differences of the network: twelve predictions for six quantities, of many protocols
@@ -22,13 +22,11 @@ from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import Hidden, results_of
 from experiments.measurements.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
-from experiments.measurements.tools import predicted, streamed
+from experiments.measurements.tools import predicted
 from surrogate.prediction.bands import KNOWN as QUANTITIES
 from surrogate.prediction.files import BANDED as NAMES
 
 COVERAGE = 0.9
-WHOLE = ("fast",)
-"""Models that see the whole history at once, so that they have no stream."""
 ROUNDS = 5
 COMMON = 5
 """The first ones, which a model of one material has too."""
@@ -83,29 +81,25 @@ def asked(name: str, model: Any, hidden: Hidden) -> list[Any]:
 def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     """Median processor seconds of the solver at two accuracies and of every model, by what is asked.
 
-    `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch, `step`
-    that of one step of a stream, if there is one. The solver's gradient is its simulations, its step one of its own.
+    `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch. The
+    solver's gradient is its simulations.
     """
     few = len(hidden) // ROUNDS
     some = [hidden.part(slice(turn, few * ROUNDS, ROUNDS)) for turn in range(ROUNDS)]
 
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
-        found = {
+        return {
             "batch": (lambda _: asked(name, model, hidden), len(hidden)),
             "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
             "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
         }
-        if name not in WHOLE:
-            stream, steps = streamed(model, name, hidden)
-            found["step"] = (lambda turn: [stream(row) for row in range(turn, few * ROUNDS, ROUNDS)], few * steps)
-        return found
 
     calls = {(name, kind): call for name, model in models.items() for kind, call in of(name, model).items()}
     solved = {name: (lambda turn, a=a: results_of(some[turn].simulated(a)), few) for name, a in SOLVERS.items()}
     seconds, found = in_turn(solved | calls, ROUNDS), {}
-    for name, accuracy in SOLVERS.items():
-        each, steps = seconds[name], np.mean([one.stats.steps for one in some[-1].simulated(accuracy)])
-        found[name] = {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each / steps}
+    for name in SOLVERS:
+        each = seconds[name]
+        found[name] = {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each}
     return found | {name: {kind: seconds[one, kind] for one, kind in calls if one == name} for name in models}
 
 

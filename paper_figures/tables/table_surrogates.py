@@ -11,8 +11,6 @@ from experiments.trainings.training_costs import before_use, break_even, line
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
 
-WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
-"""Ways to call, and units of their times over a second."""
 PLACES = {"box": "0.01 to 1", "paper": "0.1", "vertices": "0.1, vertices of the ranges"}
 HELD = ("pull_off", "hysteresis")
 HEADS = [
@@ -56,7 +54,7 @@ def page_text(errors_by_place: Any, ways_to_call: Any) -> str:
     return Table(HEADS, rows(errors_by_place, ways_to_call), commands).page("ll" + 7 * "r")
 
 
-CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
+CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Gradient (ms)", "Gradient error (%), median, p90"]
 CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 
 
@@ -65,7 +63,7 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
     gradients, found, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
     for name in (*ways_to_call["solvers"], *ways_to_call["models"]):
         seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
-        times = [f"{factor * seconds[kind]:.3g}" if kind in seconds else "-" for kind, factor in WAYS.items()]
+        times = [f"{1e3 * seconds[kind]:.3g}" for kind in ("batch", "single", "gradient")]
         row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
         if solved := ways_to_call["solvers"].get(name):
             row[-2] = several([solved["p50"], solved["p90"]])
@@ -78,7 +76,7 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
             )
         found.append(row)
     return (
-        f"{markdown_table(CALLS, found, 'lrrrrrrr')}\n\n"
+        f"{markdown_table(CALLS, found, 'lrrrrrr')}\n\n"
         "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Errors of gradients and of the "
         f"solver on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."

@@ -1,4 +1,4 @@
-"""Channels of a history point by point, for whole histories (compiled) and for streams (plain numbers).
+"""Channels of histories, computed point by point.
 
 A standard linear solid's physics gives some of them for nothing: no contact with adhesion is solved. With u the force
 of Hertz at the indentation of each instant and relaxation E(t)/E0 = 1 + (1/k - 1) exp(-t / k), k the modulus ratio and

@@ -1,1 +1,1 @@
-"""Trained models as ONNX files: format, features, layers of Keras, and the single step of a stream."""
+"""Trained models as ONNX files: format, features and layers of Keras."""

@@ -104,8 +104,7 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
     """Return the ONNX file of a network alone, the mean of its members, as folders of models with bands hold it.
 
     Its input `inputs`, float32 of shape `(steps, batch, channels + 1)`, are scaled channels and the scaled Tabor
-    parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force. Where some members are causal
-    and others see whole histories, the output `causal` is the mean of the former.
+    parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force.
 
     Args:
         members: Models that append the Tabor parameter to their channels.
@@ -117,18 +116,11 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
     given = graph.named("inputs").turned(1, 0, 2)
-    forces = [add_network(one, given) for one in members]
-    kinds = [{type(layer).__name__ for layer in one.layers} for one in members]
-    causal = [force for force, kind in zip(forces, kinds, strict=True) if "ChosenSteps" not in kind]
-    outputs = {"force": _mean(forces)} | ({"causal": _mean(causal)} if 0 < len(causal) < len(forces) else {})
-    for key, value in outputs.items():
-        value.turned(1, 0, 2).to("Squeeze", [2], output=key)
-    shapes: dict[str, list[Any]] = {key: ["steps", "batch"] for key in outputs}
-    return checked_content(graph.finish(name, {"inputs": ["steps", "batch", width]}, shapes, TensorProto.FLOAT))
-
-
-def _mean(values: list[Value]) -> Value:
-    return sum(values[1:], values[0]) / np.array(len(values), dtype=np.float32) if len(values) > 1 else values[0]
+    first, *others = (add_network(one, given) for one in members)
+    force = sum(others, first) / np.array(len(members), dtype=np.float32) if others else first
+    force.turned(1, 0, 2).to("Squeeze", [2], output="force")
+    inputs, outputs = {"inputs": ["steps", "batch", width]}, {"force": ["steps", "batch"]}
+    return checked_content(graph.finish(name, inputs, outputs, TensorProto.FLOAT))
 
 
 def unscaled(scaled: Value, scaling: Scaling) -> Value:

@@ -1,1 +1,1 @@
-"""Prediction with trained models: one predictor, its files, its range of validity, streams."""
+"""Prediction with trained models: one predictor, its files, its range of validity."""

@@ -40,8 +40,7 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
 
     Returns:
         A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
-        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces; and `stream(scene)`
-        starts a step-by-step prediction.
+        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces.
 
     Raises:
         FileNotFoundError: the model directory or one of its files does not exist.

@@ -81,7 +81,7 @@ class Network:
         raise NotImplementedError
 
     def content(self) -> bytes:
-        """Return an ONNX file with the network, for `surrogate.export.step`."""
+        """Return an ONNX file with the network."""
         raise NotImplementedError
 
 

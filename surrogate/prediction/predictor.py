@@ -24,7 +24,7 @@ from bem.dataset.measurement_steps import FMS
 from bem.dataset.records import grid_of
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
-from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts, edge_from_indentations
+from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
 from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork, Network
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from surrogate.prediction.bands import Bands
-    from surrogate.prediction.stream import Stream
 
 __all__ = ["ExtrapolationWarning", "Surrogate"]
 
@@ -93,13 +92,8 @@ class Surrogate:
         """Ranges of the training, and those of the points, if they are placed by the physics."""
         if self.steps == "uniform":
             return self.scaling.ranges
-        # Compiled, so imported by the first such history.
-        from bem.dataset.physical_steps import BEFORE_CROSSING
-
-        before = BEFORE_CROSSING * self.counts[2]
         points = {name: (float(count), float(count)) for name, count in zip(validity.POINTS, self.counts, strict=True)}
-        others = {"step_ratio": (1.0, np.inf), "compression_points": (before - 1.5, before + 1.5)}
-        return self.scaling.ranges | points | others
+        return self.scaling.ranges | points | {"step_ratio": (1.0, np.inf)}
 
     @overload
     def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> PredictedTrajectory: ...
@@ -245,33 +239,6 @@ class Surrogate:
         """
         given, found = self._checked(times, indentations, scene, edge)
         return [validity.of_history(found, index) for index in range(len(given[0]))]
-
-    def stream(self, scene: Scene) -> Stream:
-        """Start the step-by-step prediction of one history, for control loops.
-
-        Of `accurate`, which is a mean, the networks that need no later steps predict alone; they err more than all do.
-
-        Args:
-            scene: The scene; see `predict`.
-
-        Returns:
-            A `surrogate.prediction.stream.Stream`, whose `step(time, indentation, edge=False)` returns the force.
-
-        Raises:
-            ValueError: as for `predict`, or the model is not causal (M5, `fast`).
-
-        Warns:
-            ExtrapolationWarning: the scene is outside the range of the training set.
-        """
-        from surrogate.prediction.stream import Stream
-
-        tabor, ratio = self._contacts(scene, 1)
-        outside = validity.excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges)
-        self._refusals(outside, 1, single=True)
-        validity.warn_of_extrapolation(self.name, outside)
-        known = float(ratio[0]) if self.scaling.features in NEEDS_MATERIAL else None
-        given = (self.network.content(), self.scaling)
-        return Stream(*given, tabor=float(tabor[0]), modulus_ratio=known, name=self.name, ranges=self._ranges)
 
     def _refusals(self, outside: list[validity.Excess], count: int, *, single: bool) -> list[str]:
         """Return what `validity.refusals` says of each history; raise it of a single one."""

@@ -66,13 +66,11 @@ ADVICE = {
         "begin and end the history at -pi^(2/3) tabor, as all of the training do",
     ),
     **dict.fromkeys(
-        (*POINTS, "step_ratio", "compression_points"),
+        (*POINTS, "step_ratio"),
         "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading; "
         "`fast` and `accurate` count those of `bem.dataset.physical_steps.physical_grid`",
     ),
     "bend": "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path",
-    "edge_marks": "set edge=True at the first and at the last point of the dwell, and nowhere else",
-    "cycles": "start every cycle with a new stream or `reset`",
 }
 """Advice by the name of the quantity outside its range; `OTHERWISE` holds for the quantities that are not listed."""
 OTHERWISE = "compare with the solver before you trust a protocol the model has not seen (`surrogate predict --check`)"
@@ -261,7 +259,6 @@ def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
 def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
     found = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
-    found |= {"edge_marks": (2.0, 2.0), "cycles": (1.0, 1.0)}
     if tabor is not None:
         start = default_start_indentation(tabor)
         near = (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start

@@ -46,9 +46,9 @@ def model():
     return Surrogate(KerasNetwork(network, scaling, name="M1-gated"))
 
 
-def test_hold_force(model):
+def test_hold_force():
     hold = example("hold_force").hold
-    loose, held = (hold(model, target=1.0, controlled=controlled) for controlled in (False, True))
+    loose, held = (hold(target=1.0, controlled=controlled) for controlled in (False, True))
     assert loose.force[-20:].mean() < -3.0
     assert held.force[-20:].mean() == pytest.approx(1.0, abs=0.2)
     assert np.abs(held.force[-20:] - 1.0).max() < 0.6

@@ -119,15 +119,11 @@ QUICK = ("M1-concat", "M1-gated", "M2-concat", "M3-FiLM", "M4-gated", "M5-FiLM",
 """Models of all families and conditionings, and so of all layers."""
 
 
-def every_model(but=""):
-    """Parameters of a test: names, except those that begin so, and feature sets; models not in `QUICK` are slow."""
+def every_model():
+    """Parameters of a test: names and feature sets; models not in `QUICK` are slow."""
     from surrogate.architectures.naming import names
 
-    found = [
-        pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow)
-        for name in names()
-        if not (but and name.startswith(but))
-    ]
+    found = [pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow) for name in names()]
     return [*found, *(("M3-concat", features) for features in "ABCEF")]
 
 

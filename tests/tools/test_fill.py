@@ -38,15 +38,15 @@ def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
 
 
 def test_the_guide_shows_the_seconds_that_are_published(tmp_path):
-    content = {"host": "Some Processor", "model": "M1-concat", "steps": 200, "share_above_50_microseconds": 0.0}
-    content["microseconds"] = {"median": 31.0, "p99": 40.0, "p99_9": 45.0, "worst": 90.0}
-    place = "<!-- fill experiments.measurements.latencies.stream_text -->{}<!-- end -->"
-    with pytest.raises(FileNotFoundError, match="`make measure-stream-latency` makes it"):
+    content = {"host": "Some Processor", "count": 200, "below_a_millisecond": 1.0}
+    content["seconds"] = {"50": 31e-5, "99": 40e-5, "99.9": 45e-5}
+    place = "<!-- fill experiments.measurements.latencies.ticks_text -->{}<!-- end -->"
+    with pytest.raises(FileNotFoundError, match="`make measure-contact-ticks` makes it"):
         fill.filled(place.format("?"), Places(published=tmp_path))
     (tmp_path / "measurements").mkdir()
-    (tmp_path / "measurements" / "stream_latency.json").write_text(json.dumps(content), encoding="utf-8")
+    (tmp_path / "measurements" / "contact_ticks.json").write_text(json.dumps(content), encoding="utf-8")
     text = fill.filled(place.format("?"), Places(published=tmp_path))
-    assert "M1-concat, 200 steps: median 31.0 µs" in text
+    assert "takes 0.31 ms (median; 99th percentile 0.40 ms, 99.9th 0.45 ms) in 200 steps" in text
     assert "on one core of Some Processor." in text
 
 

@@ -1,11 +1,8 @@
-"""What campaigns, commands, ticks and streams cost, on small and made-up cases."""
-
-from types import SimpleNamespace
+"""What campaigns, commands and ticks cost, on small and made-up cases."""
 
 import numpy as np
 import pytest
 
-import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.file import load_dataset
 from experiments.measurements import campaign_scale, harness, latencies, limits
@@ -53,31 +50,3 @@ def test_a_prescribed_force_is_met():
 def test_the_first_elastic_contact_costs_most():
     found = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
     assert limits.elastic_text(found).startswith("50 ms of processor time the first time, 0.5 ms afterwards")
-
-
-@pytest.fixture
-def instants(monkeypatch):
-    """Steps of 0, 1, ... 1000 microseconds, from when they begin to when they end; the steps that were taken."""
-    taken = []
-    ticks = iter(np.stack([np.zeros(1001), 1e3 * np.arange(1001)], axis=1).ravel().tolist())
-    monkeypatch.setattr(latencies, "time", SimpleNamespace(perf_counter_ns=lambda: next(ticks)))
-    stream = SimpleNamespace(reset=lambda: taken.append("reset"), step=lambda *point: taken.append(point[-1]))
-    monkeypatch.setattr(surrogate, "load", lambda *_: SimpleNamespace(stream=lambda _: stream))
-    monkeypatch.setattr(latencies, "in_fresh_process", lambda *_, **__: [0.5])
-    return taken
-
-
-def test_percentiles_of_a_stream_are_those_of_their_names(instants):
-    found = latencies.study_stream_latency(model="any", steps=1001)
-    assert found["microseconds"] == pytest.approx({"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0})
-    assert found["share_above_50_microseconds"] == 950 / 1001
-    assert instants[0] == "reset"
-    assert [place for place, edge in enumerate(instants[1:121]) if edge is True] == [49, 69]
-    assert instants.count("reset") == 9
-    assert {"python", "numba", "onnxruntime"} <= found["versions"].keys()
-
-
-def test_a_stream_of_a_published_model_is_timed():
-    spent = latencies.step_microseconds("M1-concat", None, 240)
-    assert spent.shape == (240,)
-    assert 0.1 < np.median(spent) < 1e4

@@ -17,16 +17,17 @@ from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from bem.trajectory import far_field
 from surrogate.cli.comparison import readable
-from surrogate.data.features import edge_from_counts
 from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predicted import FORCE_DOUBT, predicted_trajectories
 from surrogate.prediction.predictor import ExtrapolationWarning, Surrogate
-from surrogate.prediction.stream import AGREEMENT
 from surrogate.prediction.validity import RANGE_TOLERANCE, excesses, history_quantities
 from tests.processes import ROOT
 from tests.surrogate.conftest import scaling_of, scenes
 from tests.surrogate.prediction.conftest import PROTOCOL, SCENE
+
+AGREEMENT = 1e-5
+"""Largest difference between ONNX and Keras, as a share of the history's force range."""
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +128,6 @@ def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside
     for backend, model in pickle.loads(content).items():
         np.testing.assert_array_equal(model.predict_history(*inside), forces[backend])
         assert (model.name, model.scaling) == ("M1-concat", loaded[backend].scaling)
-        assert model.stream(SCENE).step(0.0, -2.15) == loaded[backend].stream(SCENE).step(0.0, -2.15)
     assert pickle.loads(content)["onnx"].network.threads == 2
 
 
@@ -274,26 +274,19 @@ def test_the_limit_of_detachment_is_right_for_the_published_model():
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")  # the design's extremes may lie beyond the training by rounding
-def test_the_published_model_gives_the_same_forces_by_every_way_of_asking():
+def test_onnx_and_keras_give_the_same_forces():
     columns = Design("log-uniform").protocols(300, seed=5)
     histories, solids = measurement_grid(**columns), scenes(columns["tabor"])
-    onnx, keras = (surrogate.load("M1-concat", backend=backend) for backend in ("onnx", "keras"))
-    forces = [model.predict_history(*histories, solids) for model in (onnx, keras)]
-    edge = edge_from_counts((50, 20, 50), 1)[0]
-    streamed = [onnx.stream(solid).run(*one, edge) for *one, solid in zip(*histories, solids[:40], strict=False)]
-
-    def difference(found, expected):
-        """The largest difference as a share of the history's force range."""
-        return (np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)).max()
-
-    assert 0.0 < difference(*forces) < AGREEMENT
-    assert max(difference(np.array(streamed), one[:40]) for one in forces) < AGREEMENT
+    models = (surrogate.load("M1-concat", backend=backend) for backend in ("onnx", "keras"))
+    onnx, keras = (model.predict_history(*histories, solids) for model in models)
+    difference = (np.abs(onnx - keras).max(axis=1) / np.ptp(keras, axis=1)).max()
+    assert 0.0 < difference < AGREEMENT
 
 
 def test_the_documents_state_the_bounds():
     text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
     agreement = f"{AGREEMENT:.0e}".replace("e-0", "e-")
-    assert text.count(f"within {agreement} of") == 2
+    assert f"within {agreement} of" in text
     points = ", ".join(f"{low:g} to {high:g}" for low, high in validity.POINTS.values())
     for words in (
         rf"within {100 * validity.START_TOLERANCE:g} % of $-\pi^{{2/3}}\mu$",

@@ -80,7 +80,7 @@ def test_training_goes_on_from_the_weights_of_a_model(data, runs, tmp_path):
     assert record["start_sha256"]
 
 
-def test_a_model_is_the_mean_of_its_networks_and_streams_those_that_need_no_later_steps(data, tmp_path):
+def test_a_model_is_the_mean_of_its_networks(data, tmp_path):
     networks = (LSTM, DENSE)
     folder = train(data, tmp_path / "all", networks=networks)
     model, given = load_banded(folder), np.random.default_rng(0).normal(size=(2, 102, 12)).astype("f4")
@@ -90,14 +90,11 @@ def test_a_model_is_the_mean_of_its_networks_and_streams_those_that_need_no_late
     np.testing.assert_allclose(np.mean(forces, axis=0), model.network.scaled(given, tabor), atol=1e-5)
     members = json.loads((folder / "run.json").read_text())["members"]
     assert [(one["layers"], one["recipe"]["seed"]) for one in members] == [("LSTM", 0), ("dense", 1)]
-    predicted, stream = model.predict(SCENE, PROTOCOL), model.stream(SCENE)
+    predicted = model.predict(SCENE, PROTOCOL)
     again = load_banded(train(data, tmp_path / "again", None, networks=networks, start=folder))
     np.testing.assert_array_equal(again.predict(SCENE, PROTOCOL).force, predicted.force)
-    causal = load_banded(train(data, tmp_path / "causal", None, networks=(LSTM,), start=folder))
-    expected = causal.predict(SCENE, PROTOCOL).force
-    assert np.abs(expected - predicted.force).max() > 1e-3
-    edge = np.isin(np.arange(102), [21, 29])
-    np.testing.assert_allclose(stream.run(predicted.time, predicted.indentation, edge), expected, rtol=1e-4)
+    alone = load_banded(train(data, tmp_path / "alone", None, networks=(LSTM,), start=folder))
+    assert np.abs(alone.predict(SCENE, PROTOCOL).force - predicted.force).max() > 1e-3
 
 
 def test_networks_that_no_start_has_are_refused_before_anything_is_computed(data, runs, tmp_path):
@@ -116,14 +113,12 @@ def test_published_models_are_of_the_networks_that_are_trained():
         assert {kind for kind, _ in networks} <= pretrained.RECIPES.keys()
 
 
-def test_a_network_of_dense_layers_is_given_the_steps_that_it_reads_and_does_not_stream(runs):
+def test_dense_layers_get_the_steps_they_read(runs):
     model = load_banded(runs / "fast")
     assert len(model.network.steps) == 8
     found = model.predict(SCENE, PROTOCOL).force
     model.network.steps = slice(None)
     np.testing.assert_array_equal(model.predict(SCENE, PROTOCOL).force, found)
-    with pytest.raises(ValueError, match=r"Expected a causal model, .*; use `predict`. Received: fast, which needs"):
-        model.stream(SCENE)
 
 
 def test_other_data_sets_are_refused(data, tmp_path):
