@@ -34,7 +34,7 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     """Those of figures and tables are the names of their modules."""
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
-    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models
+    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-emulated test-torch test-minima lint format golden-trajectories lock clean docs

@@ -7,6 +7,7 @@ from bem import ConstantStress, Exponential, LennardJones, PowerLaw, Scene, simu
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import maugis_dugdale
 from bem.solver import elastic_branch, simulation
+from bem.solver.records import COMPLETED, NO_EQUILIBRIUM
 
 CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-6.0, 2.0, -1.0, 3.0, -9.0])
 PULLED = ForceProtocol([0.0, 1.0, 2.0, 3.0], [0.0, -8.0, 1.0, 1.7])
@@ -87,7 +88,10 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
     follow = elastic_branch.follow
 
     def broken(*arguments):
-        return follow(*arguments)[0] - 20, False
+        growth = follow(*arguments)
+        return (
+            growth._replace(count=growth.count - 20, outcome=NO_EQUILIBRIUM) if growth.outcome == COMPLETED else growth
+        )
 
     monkeypatch.setattr(elastic_branch, "follow", broken)
     found = simulate(Scene(1.37), CYCLES, "draft")
