@@ -9,8 +9,9 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 
-const demo = new URL("../../demo/", import.meta.url).pathname;
+const demo = fileURLToPath(new URL("../../demo/", import.meta.url));
 const { chromium } = createRequire(join(demo, "package.json"))("playwright-core");
 const runtime = (name) => readFileSync(join(demo, "node_modules/onnxruntime-web/dist", name));
 const { rounds, files } = JSON.parse(readFileSync(0, "utf8"));
