@@ -66,7 +66,7 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
 
 def test_its_size_is_the_one_the_documents_state(wheel):
     stated = re.search(r"about (\d+) MB of\s+wheel", (ROOT / "docs" / "install.md").read_text(encoding="utf-8"))
-    assert abs(wheel.stat().st_size / 1e6 - int(stated[1])) < 1.0
+    assert round(wheel.stat().st_size / 1e6) == int(stated[1])
 
 
 def test_the_extras_and_ranges_are_in_the_metadata(site):
