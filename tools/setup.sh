@@ -48,6 +48,5 @@ extras=$([ $name = setup ] && echo train,cluster,lab,tables,dev || echo tables)
 }
 echo "Step 2 of 2: $venv/bin/bem compile"
 "$venv/bin/bem" compile
-"$venv/bin/python" -c "import bem; bem.Contact(bem.Scene(1.0)).advance(0.1, indentation=-1.0)"  # and what steps alone need
 "$venv/bin/surrogate" predict fast --tabor 1 --peak-indentation 10 --loading-rate 10 --dwell-time 0.1 --unloading-rate 10 > /dev/null
 echo "$venv is ready, $(du -sh "$venv" | cut -f 1)"
