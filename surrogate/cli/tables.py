@@ -23,7 +23,7 @@ from surrogate.architectures.naming import (
     PARAMETER_COUNTS,
     names,
 )
-from surrogate.prediction.files import PUBLISHED
+from surrogate.prediction import files
 
 # As in the report.
 COLUMNS = ("model", "parameters", "held-out MSE", "median pull-off error", "median hysteresis error", "training")
@@ -51,7 +51,7 @@ def model_table(roots: Sequence[Path]) -> str:
             words += [] if usable else ["errors only, no weights"]
             found.setdefault(path.parent.name, (*row, ", ".join(words)))
     rows = sorted(found.values(), key=lambda row: float(row[2]))
-    absent = "not trained" if PUBLISHED.is_dir() else NOT_INSTALLED
+    absent = "not trained" if files.PUBLISHED.is_dir() else NOT_INSTALLED
     rows += [(name, _size(name), "", "", "", absent) for name in names() if name not in found]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
     title = "Errors over each model's own held-out trajectories, without `fast` and `accurate`, which know any solid:"
