@@ -135,21 +135,24 @@ $(OUT)/dataset/any_solid_elastic.h5: CAMPAIGN = $(ANY_SOLID) 0.95:1 --design sob
 
 RECIPE ?= swift
 # ONLY names the models to train, by default all 18 paper models; EPOCHS replaces the epochs of the recipe.
+ONLY ?= $(foreach family,M1 M2 M3 M4 M5 M6,$(addprefix $(family)-,concat FiLM gated))
 LASTING = $(addprefix --epochs ,$(EPOCHS))
 PAPER_RECIPE = $(addprefix -,$(filter paper,$(RECIPE)))
 TRAINING = --dataset $(DATASET) --threads 1 --runs $(OUT)/training --models $(MODELS)
-models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours; RECIPE=paper: days, as MODEL-paper)
-	status=0; $(VENV)/bin/surrogate train-all --recipe $(RECIPE) $(PAPER_RECIPE:%=--suffix=%) --jobs $(or $(JOBS),2) \
-		$(addprefix --only ,$(ONLY)) $(LASTING) $(TRAINING) || status=$$?; [ ! -e $(MODELS) ] || $(SUMS) $(MODELS); exit $$status
+models: $(ONLY:%=model-%)  ## Train and publish the models that are not published yet; -j2 trains two at a time (hours; RECIPE=paper: days, as MODEL-paper)
+$(ONLY:%=model-%): MODEL = $*
+$(ONLY:%=model-%): LABEL = $*$(PAPER_RECIPE)
+$(ONLY:%=model-%): HOW = --recipe $(RECIPE) $(LASTING)
 
-# Models besides the 18: MODEL trained in another way, unless LABEL is published. Inputs C have the least error of A to D.
+# Models besides the 18: MODEL trained in another way. Inputs C have the least error of A to D.
 MODEL ?= M1-concat
 BESIDE := $(addprefix model-,paper-recipe as-worded inputs-a inputs-b inputs-c large 8-epochs 15-epochs 60-epochs)
 LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
-$(BESIDE): model-%: $(DATASET) | $(INSTALLED)
+# Each in a folder of its own, unless it is published. Trainings at a time list their files one after the other.
+$(ONLY:%=model-%) $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(MODEL) --label $(LABEL) $(HOW) $(TRAINING)
-	$(SUMS) $(MODELS)/$(LABEL)
+	flock $(PUBLISHED) $(SUMS) $(MODELS)/$(LABEL)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(LASTING)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
 model-as-worded: HOW = --recipe paper-as-worded $(LASTING)  ## Train it by the words of the paper, without Keras's threshold, as MODEL-as-worded (hours)
@@ -184,9 +187,9 @@ cards: setup  ## Write the cards of the data set and of each published model, an
 	$(SUMS) $(PUBLISHED)/README.md $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models $(PUBLISHED)/pretrained
 
 STAGES := dataset models more-models feature-sets data-efficiency paper
-# A stage needs the one before it, and simultaneous measurements would disturb each other.
-.NOTPARALLEL: from-scratch measurements
-from-scratch: $(STAGES:%=stage-%)
+# A stage needs the one before it.
+from-scratch:
+	+@for stage in $(STAGES); do $(MAKE) --no-print-directory stage-$$stage; done
 stage-%:
 	@$(PY) -m experiments.stages $* $(if $(filter no,$(HOURS)),--no-hours)
 	+@[ $* != paper ] || [ -f $(MEASURED)/canonical_times.json ] || $(MAKE) --no-print-directory measure-canonical-times BUSY=yes
@@ -214,7 +217,8 @@ measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revisi
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
-measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements but those that need long, a browser or other files
+measurements:  ## All measurements but those that need long, a browser or other files, one after the other
+	+@for name in $(MEASUREMENTS); do $(MAKE) --no-print-directory measure-$$name; done
 
 ##@ Development
 
@@ -300,7 +304,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

@@ -14,7 +14,7 @@ from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
 from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
-from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
 METRICS = ("mse", "mae", "dtw_rmse")
@@ -112,15 +112,11 @@ def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[
 
 def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
     """One sentence for each model that cannot be compared with the others: what differs, and what to do."""
-    sentences = {}
-    for name, words in trained_otherwise(found, dataset).items():
-        # `make models` does not train a model that has a label of its own.
-        again = (
-            "`make models` trains it again" if name in names() else f"remove {str(models / name)!r} and train it again"
-        )
-        other = " and ".join(words)
-        sentences[name] = f"{name} is left out, because its {other} is not that of the comparison: {again}."
-    return sentences
+    return {
+        name: f"{name} is left out, because its {' and '.join(words)} is not that of the comparison: "
+        f"remove {str(models / name)!r} and train it again."
+        for name, words in trained_otherwise(found, dataset).items()
+    }
 
 
 def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Code shared by the studies that train: a queue of variants of one model that can be resumed, and their results.
+"""Code shared by the studies that train: variants of one model, trained some at a time, and their results.
 
 A variant is trained by `surrogate train` in a separate process, under a label. It is done if a training of the same
 data set, split, recipe, features and architecture is in the published result file of the study, in its own model
@@ -7,8 +7,11 @@ of the published files. Result files keep learning curves and held-out errors, n
 """
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -18,8 +21,8 @@ from experiments.paper.model_comparison import read_model
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.identity import Run, TrainingIdentity, differences, read_identity
 from surrogate.training.model_directory import model_name
-from surrogate.training.queue import STOPPED, run_queue
 from surrogate.training.recipe import Recipe
+from surrogate.training.stopping import STOP_FILE, STOPPED
 
 WORK = Path("results/training_studies")
 Key = TypeVar("Key")
@@ -94,7 +97,7 @@ def train_variants(
         publish: Called with the results by place, once at the start and after each training.
 
     Raises:
-        typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
+        typer.Exit: A training was stopped; the same call resumes.
         FileNotFoundError: A data set file does not exist.
         ValueError: A training in `work` has another data set, split or recipe.
         RuntimeError: A training failed.
@@ -115,25 +118,36 @@ def train_variants(
     publish(done)
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
 
-    def log(line: str) -> None:
-        print(line, flush=True)
-        label, ended, _ = line.partition(": done")
-        if ended and label in waiting:
+    failed = []
+    with ThreadPool(jobs) as pool:
+        commands = {label: variants[place].command(dataset=dataset, work=work) for label, place in waiting.items()}
+        for label, status in pool.imap_unordered(lambda item: run_training(*item, work / "runs"), commands.items()):
+            if status:
+                failed.append(status)
+                continue
             place = waiting[label]
             done[place] = collect(variants[place], data[place], work / "models" / label)
             publish(done)
             print(f"{len(done)} of {len(variants)} trainings done", flush=True)
-
-    def command(label: str) -> list[str]:
-        return variants[waiting[label]].command(dataset=dataset, work=work)
-
-    ended = run_queue(list(waiting), command, folder=work / "runs", jobs=jobs, log=log)
-    if any(status not in (0, STOPPED) for status in ended.values()):
+    if any(status != STOPPED for status in failed):
         raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
-    if len(done) < len(variants):
+    if failed:
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
     return done
+
+
+def run_training(label: str, command: list[str], runs: Path) -> tuple[str, int]:
+    """Label and status of a training in a process of its own, whose output is appended to `RUNS/LABEL/log.txt`."""
+    if (runs / STOP_FILE).exists():
+        return label, STOPPED
+    print(f"{label}: started", flush=True)
+    (runs / label).mkdir(parents=True, exist_ok=True)
+    with (runs / label / "log.txt").open("a", encoding="utf-8") as log:
+        command = [sys.executable, "-m", "surrogate", *command]
+        status = subprocess.run(command, stdout=log, stderr=log, check=False).returncode
+    print(f"{label}: {f'ended with status {status}, see {log.name}' if status else 'done'}", flush=True)
+    return label, status
 
 
 def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:

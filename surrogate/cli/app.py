@@ -1,4 +1,4 @@
-"""The command line `surrogate`: list, train, train-all, evaluate, predict, export."""
+"""The command line `surrogate`: list, train, evaluate, predict, export."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bem._support.command_line import add_version, run_command
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import Outputs, require_suffix
 from bem._support.wording import shown
-from surrogate.architectures.naming import names, split_name
+from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.prediction.files import BANDED, find_model, model_roots, read_run, write_run
 from surrogate.training.model_directory import model_name, publish, require_place
-from surrogate.training.queue import STOP_FILE, STOPPED, run_queue, stop_request
 from surrogate.training.recipe import Recipe
+from surrogate.training.stopping import STOPPED, stop_request
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -41,7 +41,6 @@ SeedOption = Annotated[int | None, typer.Option(help="Seed of weights, batches a
 DATASET = Path("published/dataset.h5")
 RUNS = Path("results/training")
 MODELS = Path("published/models")
-RESUMED = "completed epochs are saved, and the same command continues"
 
 
 @app.command("list")
@@ -81,7 +80,7 @@ def train(
     models: ModelsOption = MODELS,
 ) -> None:
     """Train one model, or resume its training, and publish it at the end."""
-    say_what_is_kept(RESUMED)
+    say_what_is_kept("completed epochs are saved, and the same command continues")
     published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
     destination = models / published_as
     if not architecture:
@@ -140,63 +139,6 @@ def train(
         raise typer.Exit(STOPPED)
     publish(runs / run.name, destination, replace=replace)
     typer.echo(f"{run.name}: published in {destination}")
-
-
-@app.command("train-all")
-def train_all(
-    recipe: RecipeOption = "swift",
-    dataset: DatasetOption = DATASET,
-    only: Annotated[list[str] | None, typer.Option(help="Train only this model. May be repeated.")] = None,
-    epochs: EpochsOption = None,
-    seed: SeedOption = None,
-    architecture: ArchitectureOption = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Number of models trained at a time.")] = 2,
-    threads: Annotated[int, typer.Option(help="Number of threads of each.")] = 1,
-    runs: RunsOption = RUNS,
-    models: ModelsOption = MODELS,
-    suffix: Annotated[str, typer.Option(help="Text that the name of each published model ends with, as -paper.")] = "",
-) -> None:
-    """Train each model that is not published, or was trained differently. The same command resumes it."""
-    say_what_is_kept(RESUMED)
-    load_architectures(architecture or ())
-    wanted = list(dict.fromkeys(only)) if only else names()
-    for name in wanted:
-        split_name(name)
-        require_place(models / model_name(name + suffix))
-    from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import Run, trained_otherwise
-    from surrogate.training.run_folder import set_aside
-
-    data = TrajectoryDataset.load(dataset)
-    chosen, split = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed), data.split()
-    waiting = []
-    for name in wanted:
-        identity = Run(name, data, split, chosen).identity
-        label = name + suffix
-        reason = trained_otherwise(models / label, identity) if (models / label).exists() else "not published"
-        if not reason:
-            continue
-        if reason != "not published":
-            typer.echo(f"{label}: outdated, {reason}; it is trained again")
-        if (aside := set_aside(runs / label, identity)) is not None:
-            typer.echo(f"{label}: the checkpoint of another training is kept in {aside}")
-        waiting.append(label)
-
-    def command(label: str) -> list[str]:
-        options = {"label": label if suffix else None, "recipe": recipe, "dataset": dataset, "epochs": epochs}
-        options |= {"seed": seed, "threads": threads, "runs": runs, "models": models}
-        flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
-        flags += [["--architecture", str(file)] for file in architecture or ()]
-        return ["train", label.removesuffix(suffix), "--replace", *(word for flag in flags for word in flag)]
-
-    typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
-    ended = run_queue(waiting, command, folder=runs, jobs=jobs, log=typer.echo)
-    if any(status not in (0, STOPPED) for status in ended.values()):
-        raise typer.Exit(1)
-    if len(ended) < len(waiting) or STOPPED in ended.values():
-        file = runs / STOP_FILE
-        typer.echo(f"Stopped; the same command resumes{f', once {file} is removed' if file.exists() else ''}")
-        raise typer.Exit(STOPPED)
 
 
 @app.command()

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from bem._support.outputs import plain_name
-from surrogate.training.queue import STOP_FILE
+from surrogate.training.stopping import STOP_FILE
 
 MODEL_FILES = {
     "model.weights.h5": "the weights, readable under every backend",

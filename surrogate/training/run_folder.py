@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import itertools
 import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +22,7 @@ from filelock import FileLock, Timeout
 
 from bem._support.outputs import write_whole
 from surrogate.export.onnx_file import sha256
-from surrogate.training.identity import TrainingIdentity, facts_that_differ
+from surrogate.training.identity import facts_that_differ
 
 COLUMNS = {
     "learning_rate": "learning_rate",
@@ -173,23 +172,6 @@ def resumed(folder: Path, facts: Mapping[str, Any]) -> Progress:
 def best_weights(folder: Path, progress: Progress) -> Path:
     """Return the path of the weights with the smallest validation error."""
     return folder / "best" / f"{progress.best_epoch:05d}.weights.h5"
-
-
-def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
-    """Rename the directory of a run whose progress is of another training, whatever its backend.
-
-    Returns:
-        The new path, or `None` if there is no progress of another training.
-
-    Raises:
-        ValueError: the progress is damaged, or another process is training there.
-    """
-    found = read_progress(folder)
-    if found is None or not facts_that_differ(found[1], wanted.fingerprint, but=("backend",)):
-        return None
-    names = (folder.with_name(f"{folder.name}.outdated-{number}") for number in itertools.count(1))
-    with locked(folder):
-        return folder.rename(next(path for path in names if not path.exists()))
 
 
 def _sum_of(path: Path) -> str:

@@ -140,7 +140,7 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
     words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in sentences.items()}
     assert words == {name: word for name, (word, _) in others.items()}
     assert found["differences"] == {name: [word] for name, word in words.items()}
-    assert sentences["M1-FiLM"].endswith(": `make models` trains it again.")
+    assert sentences["M1-FiLM"].endswith("M1-FiLM' and train it again.")
     remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it again."
     assert sentences["M1-concat-large"].endswith(remove)
 

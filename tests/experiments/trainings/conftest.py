@@ -13,28 +13,19 @@ def data(dataset):
 
 @pytest.fixture
 def queue(monkeypatch, tmp_path):
-    """Stands in for training: each variant of the queue appears with an error of 0.5, but for the labels refused."""
+    """Stands in for training: each variant appears with an error of 0.5, but for the labels refused."""
     refused, started = set(), []
 
-    def run(waiting, command, *, folder, jobs, log):
-        for label in waiting:
-            options = dict(zip(command(label)[2::2], command(label)[3::2], strict=True))
-            variant = Variant(
-                label,
-                command(label)[1],
-                options["--recipe"],
-                int(options["--epochs"]),
-                options["--features"],
-                float(options["--fraction"]),
-                int(options["--fold"]),
-            )
-            started.append(label)
-            if label in refused:
-                return {label: trainings.STOPPED}
-            write_training(tmp_path / "models" / label, variant, TrajectoryDataset.load(options["--dataset"]), 0.5)
-            (tmp_path / "models" / label / "model.weights.h5").touch()
-            log(f"{label}: done")
-        return dict.fromkeys(waiting, 0)
+    def run(label, command, runs):
+        options = dict(zip(command[2::2], command[3::2], strict=True))
+        numbers = int(options["--epochs"]), options["--features"], float(options["--fraction"]), int(options["--fold"])
+        started.append(label)
+        if label in refused:
+            return label, trainings.STOPPED
+        variant = Variant(label, command[1], options["--recipe"], *numbers)
+        write_training(tmp_path / "models" / label, variant, TrajectoryDataset.load(options["--dataset"]), 0.5)
+        (tmp_path / "models" / label / "model.weights.h5").touch()
+        return label, 0
 
-    monkeypatch.setattr(trainings, "run_queue", run)
+    monkeypatch.setattr(trainings, "run_training", run)
     return refused, started

@@ -41,12 +41,11 @@ def own(tmp_path, dataset_path, monkeypatch):
     """A user's file, and how a command of `surrogate` on it ends."""
     (tmp_path / "own.py").write_text(OWN)
     (tmp_path / "fast.toml").write_text('name = "f"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-2\n')
-    monkeypatch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
+    monkeypatch.setattr("surrogate.training.stopping.signal.signal", lambda *_: None)
     monkeypatch.chdir(tmp_path)
     training = ["--dataset", str(dataset_path), "--recipe", "fast.toml", "--models", "models", "--runs", "runs"]
     places = {
         "train": training,
-        "train-all": training,
         "evaluate": ["--dataset", str(dataset_path), "--models", "models"],
     }
 
@@ -121,15 +120,3 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     assert "Received: own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
     assert "a model of another architecture file" in refused
-
-
-def test_the_queue_passes_the_file_on(own, monkeypatch):
-    asked = {}
-
-    def queue(waiting, command, **_):
-        asked.update({name: command(name) for name in waiting})
-        return dict.fromkeys(waiting, 0)
-
-    monkeypatch.setattr(cli, "run_queue", queue)
-    own("train-all", "--architecture", "own.py", "--only", "Own-1-concat", "--only", "M1-concat")
-    assert asked["Own-1-concat"][-2:] == asked["M1-concat"][-2:] == ["--architecture", "own.py"]

@@ -9,11 +9,12 @@ from typer.testing import CliRunner
 from surrogate.architectures.naming import names
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.training.queue import STOPPED, run_queue
+from surrogate.training.identity import Run, trained_otherwise
 from surrogate.training.recipe import Recipe
-from tests.surrogate.conftest import trained_as
+from surrogate.training.stopping import STOPPED
 
 runner = CliRunner()
+PUBLISHED = Path(__file__).parents[3] / "published"
 
 FAST = 'name = "fast"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n'
 
@@ -28,7 +29,7 @@ def options(dataset_path, tmp_path):
 
 @pytest.fixture(autouse=True)
 def default_signals(monkeypatch):
-    monkeypatch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
+    monkeypatch.setattr("surrogate.training.stopping.signal.signal", lambda *_: None)
 
 
 @pytest.fixture
@@ -123,8 +124,8 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
     run = json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text())
     assert run["command"] == "surrogate train M1-concat --threads 1"
 
-    again = runner.invoke(cli.app, ["train-all", "--only", "M1-concat", *options])
-    assert "0 of 1 models to train" in again.output
+    again = runner.invoke(cli.app, ["train", "M1-concat", *options])
+    assert "M1-concat: already published" in again.output
 
     # A model trained otherwise neither takes its place nor is it trained first.
     refused = runner.invoke(cli.app, ["train", "M1-concat", *options, "--epochs", "1"])
@@ -159,93 +160,10 @@ def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypa
         assert isinstance(result.exception, FileNotFoundError)
 
 
-def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monkeypatch):
-    asked = {}
-
-    def fake_queue(waiting, command, **_):
-        asked.update({name: command(name) for name in waiting})
-        return dict.fromkeys(waiting, 0)
-
-    monkeypatch.setattr(cli, "run_queue", fake_queue)
-    data = TrajectoryDataset.load(tmp_path / options[3])
-    recipe = Recipe.load(tmp_path / "fast.toml").with_overrides(epochs=7)
-    trained_as(tmp_path / "models" / "M1-FiLM", data, recipe)
-    trained_as(tmp_path / "models" / "M2-FiLM", data, recipe, dataset_sha256="0" * 64)
-    trained_as(tmp_path / "models" / "M3-FiLM", data, recipe.with_overrides(epochs=8))
-    trained_as(tmp_path / "models" / "M4-FiLM", data, recipe)
-    (tmp_path / "models" / "M4-FiLM" / "run.json").write_bytes(b"\xff")
-    result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7"])
-    assert result.exit_code == 0, result.output
-    assert len(asked) == 17
-    assert "M1-FiLM" not in asked
-    for line in (
-        "M2-FiLM: outdated, of another data set; it is trained again",
-        "M3-FiLM: outdated, of another recipe; it is trained again",
-        "M4-FiLM: outdated, which does not say how it was trained; it is trained again",
-    ):
-        assert line in result.output.splitlines()
-    assert asked["M1-concat"][:2] == ["train", "M1-concat"]
-    assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
-
-    asked.clear()
-    trained_as(tmp_path / "models" / "M1-gated-paper", data, recipe, architecture="M1-gated")
-    result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7", "--suffix", "-paper"])
-    assert result.exit_code == 0, result.output
-    assert len(asked) == 17
-    assert "M1-gated-paper" not in asked
-    assert asked["M1-FiLM-paper"][:2] == ["train", "M1-FiLM"]
-    assert " --label M1-FiLM-paper " in " ".join(asked["M1-FiLM-paper"])
-    refused = runner.invoke(cli.app, ["train-all", *options, "--suffix", "/../x"])
-    assert "a name to publish under" in str(refused.exception)
-
-
-def test_the_published_models_are_of_the_published_data_set(tmp_path, monkeypatch):
-    monkeypatch.chdir(Path(__file__).parents[3])
-    monkeypatch.setattr(cli, "run_queue", lambda waiting, *_, **__: dict.fromkeys(waiting, 0))
-    published = [name for name in names() if Path("published/models", name, "run.json").exists()]
-    chosen = [word for name in published for word in ("--only", name)]
-    result = runner.invoke(cli.app, ["train-all", *chosen, "--runs", str(tmp_path)])
-    assert result.exit_code == 0, result.output
-    assert "another data set" not in result.output
-
-
-def test_queue_processes(tmp_path):
-    lines = []
-    ended = run_queue(
-        ["unknown-1", "unknown-2"],
-        lambda name: ["train", name],
-        folder=tmp_path,
-        jobs=2,
-        log=lines.append,
-        poll_seconds=0.05,
-    )
-    assert ended == {"unknown-1": 2, "unknown-2": 2}
-    assert "M6-gated" in (tmp_path / "unknown-2" / "log.txt").read_text()
-    assert sum("failed" in line for line in lines) == 2
-    (tmp_path / "STOP").touch()
-    assert run_queue(["x"], lambda name: [name], folder=tmp_path, jobs=1, log=lines.append) == {}
-
-
-def test_a_process_told_to_stop_before_it_listens_is_to_be_resumed(tmp_path):
-    lines = []
-
-    def log(line):
-        lines.append(line)
-        (tmp_path / "STOP").touch()
-
-    ended = run_queue(["M1"], lambda name: ["train", name], folder=tmp_path, jobs=1, log=log, poll_seconds=0.05)
-    assert ended == {"M1": STOPPED}
-    assert lines[-1] == "M1: stopped, to be resumed"
-
-
-def test_a_stop_taken_back_and_asked_for_again_reaches_what_started_between(tmp_path):
-    stop = tmp_path / "STOP"
-
-    def log(line):
-        if line.startswith("first: stopped"):
-            stop.unlink()
-        elif "started" in line:
-            stop.touch()
-
-    ended = run_queue(["first", "second"], lambda _: ["list"], folder=tmp_path, jobs=1, log=log, poll_seconds=0.01)
-    assert ended == {"first": STOPPED, "second": STOPPED}
+def test_published_models_fit_the_published_data_set():
+    data, recipe = TrajectoryDataset.load(PUBLISHED / "dataset.h5"), Recipe.load("swift")
+    published = [name for name in names() if (PUBLISHED / "models" / name / "run.json").exists()]
+    assert published
+    for name in published:
+        wanted = Run(name, data, data.split(), recipe).identity
+        assert "data set" not in trained_otherwise(PUBLISHED / "models" / name, wanted)

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from surrogate.cli.app import app
-from surrogate.training.queue import STOPPED, stop_request
+from surrogate.training.stopping import STOPPED, stop_request
 from tests.processes import ROOT
 from tests.surrogate.conftest import build_by, build_least
 from tests.surrogate.training import short_runs
@@ -54,7 +54,7 @@ def train(folder, dataset_path, recipe=RECIPE):
     """The same command in this process, which has started Keras already."""
     with pytest.MonkeyPatch.context() as patch:
         build_by(patch, build_least)
-        patch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
+        patch.setattr("surrogate.training.stopping.signal.signal", lambda *_: None)
         result = CliRunner().invoke(app, words(folder, dataset_path, recipe))
     assert result.exit_code == 0, result.output
 

@@ -12,7 +12,6 @@ from surrogate.cli import app as cli
 from surrogate.prediction.files import find_model
 from surrogate.training.identity import Run
 from surrogate.training.model_directory import CARD, CARD_MARK, model_name, publish, require_place
-from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
 from tests.surrogate.conftest import trained_as
 
@@ -55,7 +54,6 @@ def test_every_other_name_that_becomes_a_path_is_plain(name, tmp_path, dataset):
     for use in (
         lambda: Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), label=name or "."),
         lambda: Variant(label=name, architecture="M1-concat", recipe="swift"),
-        lambda: run_queue([name], lambda _: ["list"], folder=tmp_path, jobs=1, log=print),
         lambda: load_surrogate(name, tmp_path),
     ):
         with pytest.raises(ValueError, match=r"Expected a.* of at most 64 letters") as refused:
