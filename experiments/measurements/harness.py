@@ -140,19 +140,6 @@ def in_turn(calls: Mapping[Item, tuple[Callable[[int], Any], int]], rounds: int)
     return {name: float(np.median(seconds)) for name, seconds in spent.items()}
 
 
-def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
-    """Run Python source in a new process and return the numbers that it prints.
-
-    Raises:
-        RuntimeError: The process failed.
-    """
-    command = [sys.executable, "-c", source, *map(str, arguments)]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
-    if answer.returncode:
-        raise RuntimeError(f"a process of its own failed: {''.join(answer.stderr.splitlines()[-1:])}")
-    return [float(word) for word in answer.stdout.split()]
-
-
 def of_command(*words: str, **environment: str) -> tuple[float, float]:
     """Wall and processor seconds of a `bem` command, its workers included."""
     before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()

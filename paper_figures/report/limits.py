@@ -22,18 +22,6 @@ def hard_cases_text(hard_case_map: Any) -> str:
     )
 
 
-def campaign_text(campaign_scale: Any) -> str:
-    """How much faster two processes of a campaign are than one, and what their starts take."""
-    one, two = campaign_scale["runs"]
-    count, start = campaign_scale["count"], campaign_scale["start"]
-    return (
-        f"{one['wall'] / two['wall']:.2f} times over {count:,} trajectories of "
-        f"{1e3 * one['processor'] / count:.0f} ms, "
-        f"starts included; 1.9 was the aim. A worker starts in {start['worker']:.1f} s, the command in "
-        f"{start['command']:.1f} s"
-    )
-
-
 def draft_text(accuracy_cost: Any) -> str:
     """The errors of the pull-off force at draft accuracy."""
     errors = next(tool for tool in accuracy_cost["tools"] if tool["setting"] == "draft")["errors"]["pull_off_force"]

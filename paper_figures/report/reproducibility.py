@@ -12,7 +12,6 @@ from experiments.common import ended_by_recipe
 from experiments.paper.model_comparison import (
     PAPER_TRAINED,
     PAPER_TRAINED_CONTENDERS,
-    PAPER_TRAINED_INPUTS,
     REFERENCE,
     WORDED,
     read_model,
@@ -20,7 +19,6 @@ from experiments.paper.model_comparison import (
 from experiments.paper_numbers import paper_claims
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
-from paper_figures.models.figure_features import LABELS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
@@ -125,21 +123,6 @@ def spread_table(ranking: Any) -> str:
             cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
         rows.append(cells)
     return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
-
-
-def inputs_table(step_length: Any, feature_sets: Any, ranking: Any, models: Path) -> str:
-    """How well each input representation shows the step length, and its errors: of the seeds, and by the paper."""
-    header, rows = ["inputs", "channels", *drawing.PHASES, "held-out MSE", "trainings", "by the paper's recipe"], []
-    for name, phases in step_length["sets"].items():
-        seeds = models_style.seeds_of(ranking, f"features-{name}")
-        error = (
-            ranking["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else feature_sets["sets"][name]["mse"]
-        )
-        shares = [f"{share:.2f}" for share in phases.values()]
-        folder = models / PAPER_TRAINED_INPUTS.get(name, "")
-        theirs = number(_trained(folder)[0]["test"]["mse"]["mean"]) if ended_by_recipe(folder) else "-"
-        rows.append([name, LABELS[name], *shares, number(error), str(seeds or 1), theirs])
-    return markdown_table(header, rows, "llrrrrrr")
 
 
 def training_table(models: Path) -> str:

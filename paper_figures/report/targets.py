@@ -1,7 +1,6 @@
 """The tables of REPRODUCING.md: what each figure and table shows, and the hours of the reproduction from scratch."""
 
 from pathlib import Path
-from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.stages import hours_of, read_stages
@@ -23,17 +22,3 @@ def stages(published: Path) -> str:
         for name, (value, sure) in hours.items()
     ]
     return markdown_table(["Stage", "Does", "Hours"], rows, "llr")
-
-
-def figure_minutes(target_minutes: Any) -> str:
-    """Minutes of all figures and tables."""
-    return f"{target_minutes['minutes']['figures tables']:.0f}"
-
-
-def minutes(target_minutes: Any) -> str:
-    """Minutes of all figures and tables, and of the small run from scratch, as they were measured."""
-    spent = target_minutes["minutes"]
-    return (
-        f"All figures and tables take {spent['figures tables']:.1f} minutes, the report included {spent['paper']:.1f}, "
-        f"and `make smoke` {spent['smoke']:.1f}, on {target_minutes['host']}"
-    )

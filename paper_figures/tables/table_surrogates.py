@@ -1,6 +1,6 @@
 """Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call.
 
-Reads the data of `errors_by_place`, `ways_to_call` and `exported_files` in `experiments.surrogates`.
+Reads the data of `errors_by_place` and `ways_to_call` in `experiments.surrogates`.
 """
 
 from pathlib import Path
@@ -8,7 +8,6 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.trainings.training_costs import before_use, break_even, line
-from paper_figures.style import drawing
 from paper_figures.style.writing import Table, caption, number
 
 PLACES = {"box": "0.01 to 1", "paper": "0.1", "vertices": "0.1, vertices of the ranges"}
@@ -80,41 +79,6 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Errors of gradients and of the "
         f"solver on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
-    )
-
-
-EXPORTED = ["File of", "Browser, single (ms)", "Weights (kB)", "Multiplications with weights (millions)"]
-
-
-def exported_text(exported_files: Any) -> str:
-    """What an exported file asks of a browser and a microcontroller, for a page, and how it was measured."""
-    found = [
-        [name, f"{one['milliseconds']:.2g}", f"{4e-3 * one['weights']:,.0f}", f"{1e-6 * one['multiplications']:.2g}"]
-        for name, one in exported_files["models"].items()
-    ]
-    worst = max(one["difference"] for one in exported_files["models"].values())
-    return (
-        f"{markdown_table(EXPORTED, found, 'lrrr')}\n\n"
-        f"One trajectory of {exported_files['count']}, wall time in {exported_files['browser']} on one thread. The "
-        f"forces differ from those of Python by {worst:.0e} of their range at most; measured by "
-        f"`{exported_files['command']}` on {exported_files['host']}."
-    )
-
-
-def size_text(size_error: Any) -> str:
-    """How few parameters of one LSTM have the errors that the paper states, as published, in a sentence."""
-    paper = drawing.paper_values("reference_model")
-    aims = {name: paper[f"{key}_percent"] for name, key in (("pull_off", "pull_off_force"), ("hysteresis",) * 2)}
-    errors = ", ".join(f"{name.replace('_', '-')} {number(most, 2)} %" for name, most in aims.items())
-    row = min(
-        (one for one in size_error["lstm"] if all(one["paper"][name]["p50"] <= most for name, most in aims.items())),
-        key=lambda one: one["parameters"],
-    )
-    return (
-        f"The median errors that the paper states for its best model ({errors}) are reached by one LSTM on the inputs "
-        f"F from {row['units']} units on, with {row['parameters']:,} parameters ({4e-3 * row['parameters']:.0f} kB), "
-        f"{paper['parameters'] / row['parameters']:.0f} times fewer than the paper's model has: {size_error['count']} "
-        f"hidden protocols, {size_error['epochs']} epochs on {size_error['trajectories']:,} trajectories, one seed."
     )
 
 

@@ -10,7 +10,6 @@ import pytest
 import surrogate
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
-from experiments.surrogates import exported_files
 from surrogate.data.features import edge_from_counts
 
 NAMES = (*QUANTITIES, "modulus_ratio")
@@ -43,9 +42,3 @@ def test_steps_are_those_of_python(solids, model):
     np.testing.assert_allclose([one["times"] for one in found], times, rtol=1e-11)
     np.testing.assert_allclose([one["indentations"] for one in found], indentations, rtol=1e-11, atol=1e-10)
     np.testing.assert_array_equal([one["edge"] for one in found], edge_from_counts(model.counts, len(times)))
-
-
-def test_exported_files_run_in_a_browser_as_in_python():
-    found = exported_files.study(count=2, model=["fast", "M1-concat"])
-    assert found["browser"].startswith("Chromium ")
-    assert all(one["milliseconds"] > 0.0 and one["difference"] < 1e-4 for one in found["models"].values())

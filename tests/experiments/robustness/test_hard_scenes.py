@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bem import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, simulate
+from bem import ForceProtocol, LoadingProtocol
 from bem.reference_solutions import jkr
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.robustness import fast_reloads, hard_case_map, random_scenes
+from experiments.robustness import hard_case_map, random_scenes
 from experiments.robustness.hard_case_map import relative_change
 
 
@@ -137,22 +137,3 @@ def test_one_percent_of_the_soak(tmp_path, monkeypatch):
         assert content[where]["statuses"] == {"completed": content[where]["protocols"]}
         assert content[where]["silent"] == 0
         assert content[where]["memory_growth"] < 0.05
-
-
-@pytest.mark.parametrize("number", range(3))
-def test_a_fast_reload_turns_where_the_contact_is_just_lost(number):
-    scene, path = fast_reloads.history(number, 5)
-    assert scene.adhesion == fast_reloads.LAWS[number]
-    found, turn = simulate(scene, path), path.indentations[-2]
-    in_contact = (found.contact_radius > 0.0) & (found.time > path.times[2]) & (found.time <= path.times[-2])
-    assert found.indentation[in_contact].min() - turn < 0.5
-    # It was found in another simulation, and holds to the accuracy of the solver.
-    deeper = PiecewiseLinearProtocol(path.times[:-1], [*path.indentations[:-2], turn - 0.1])
-    assert simulate(scene, deeper).contact_radius[-1] == 0.0
-    assert path.rates[-1] > 50.0 * -path.rates[-2]
-
-
-def test_reloads_that_miss_or_do_not_end_are_counted():
-    rows = [{"standard": error, "draft": 0.01} for error in (0.003, 0.02, None)]
-    said = fast_reloads.limits_text({"histories": rows})
-    assert said.startswith("2 of 3 random histories miss 0.4 % at `standard`, by 2 % at most; 0 of 3")

@@ -9,10 +9,6 @@ def test_limits_are_counted_and_compared():
     text = limits.hard_cases_text({"accuracy": "standard", "map": rows})
     assert text.startswith("2 of 3 random cases far beyond it at `standard` (0.4 %)")
     assert text.endswith("at most by 3.0 %; none of 2 inside")
-    runs = [{"wall": 9.0, "processor": 8.0}, {"wall": 5.0, "processor": 8.0}]
-    text = limits.campaign_text({"runs": runs, "count": 2000, "start": {"command": 0.3, "worker": 0.5}})
-    assert text.startswith("1.80 times over 2,000 trajectories of 4 ms")
-    assert text.endswith("A worker starts in 0.5 s, the command in 0.3 s")
     tools = [
         {"setting": name, "errors": {"pull_off_force": {"p95": p95, "largest": 2 * p95}}}
         for name, p95 in (("0.05", 0.07), ("draft", 0.008))
