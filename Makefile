@@ -186,24 +186,19 @@ cards: setup  ## Write the cards of the data set and of each published model, an
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
 	$(SUMS) $(PUBLISHED)/README.md $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models $(PUBLISHED)/pretrained
 
-STAGES := dataset models more-models feature-sets data-efficiency paper
-# A stage needs the one before it.
+# A stage needs the one before it. The paper's table of times is measured only where there is none.
+STAGES := dataset models more-models feature-sets data-efficiency $(if $(wildcard $(MEASURED)/canonical_times.json),,measure-canonical-times) paper
 from-scratch:
-	+@for stage in $(STAGES); do $(MAKE) --no-print-directory stage-$$stage; done
-stage-%:
-	@$(PY) -m experiments.stages $* $(if $(filter no,$(HOURS)),--no-hours)
-	+@[ $* != paper ] || [ -f $(MEASURED)/canonical_times.json ] || $(MAKE) --no-print-directory measure-canonical-times BUSY=yes
-	+@$(MAKE) --no-print-directory $*
+	+for stage in $(STAGES); do echo "Stage $$stage"; $(MAKE) --no-print-directory $$stage; done
 SCRATCH := results/scratch
 SMOKE ?= results/smoke
-TINY := HOURS=no CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" MORE_MODELS=model-large EXTRA=40
+TINY := CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" MORE_MODELS=model-large EXTRA=40
 paper-from-scratch smoke: WHERE = $(if $(filter smoke,$@),$(SMOKE),$(SCRATCH))
-paper-from-scratch:  ## Compute everything into results/scratch without published files; prints the expected hours, resumes
+paper-from-scratch:  ## Compute everything into results/scratch without published files (16 hours with -j2); resumes
 smoke:  ## The same steps on tiny data with one epoch, in minutes; the numbers have no meaning
 paper-from-scratch smoke: setup
-	@$(if $(filter smoke,$@),,$(PY) -m experiments.stages)
 	@mkdir -p $(WHERE)
-	+$(MAKE) --no-print-directory from-scratch OUT=$(WHERE) PUBLISHED=$(WHERE)/published REPORT=$(WHERE)/REPRODUCTION.md \
+	+$(MAKE) --no-print-directory from-scratch BUSY=yes OUT=$(WHERE) PUBLISHED=$(WHERE)/published REPORT=$(WHERE)/REPRODUCTION.md \
 		$(if $(filter smoke,$@),$(TINY))
 
 ##@ Measurements (long, need an idle machine, and are published)
@@ -218,7 +213,7 @@ MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-co
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
 measurements:  ## All measurements but those that need long, a browser or other files, one after the other
-	+@for name in $(MEASUREMENTS); do $(MAKE) --no-print-directory measure-$$name; done
+	+for name in $(MEASUREMENTS); do $(MAKE) --no-print-directory measure-$$name; done
 
 ##@ Development
 

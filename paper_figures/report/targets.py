@@ -1,9 +1,8 @@
-"""The tables of REPRODUCING.md: what each figure and table shows, and the hours of the reproduction from scratch."""
+"""The table of REPRODUCING.md: what each figure and table shows."""
 
 from pathlib import Path
 
 from bem._support.wording import markdown_table
-from experiments.stages import hours_of, read_stages
 from paper_figures.__main__ import captions
 
 
@@ -11,14 +10,3 @@ def targets() -> str:
     """Every figure and table with its title, in the order of `captions.toml`."""
     rows = [[f"`make {name}`", words["title"]] for name, words in captions().items() if "title" in words]
     return markdown_table(["Target", "Shows"], rows)
-
-
-def stages(published: Path) -> str:
-    """What each stage of the reproduction from scratch does, and its hours; `e` marks an estimate."""
-    known = read_stages()
-    hours = {name: hours_of(name, known, published) for name in known}
-    rows = [
-        [f"`make {name}`", known[name]["does"], f"{value:.2g}{'' if sure else ' e'}"]
-        for name, (value, sure) in hours.items()
-    ]
-    return markdown_table(["Stage", "Does", "Hours"], rows, "llr")
