@@ -19,11 +19,10 @@ SMALL := $(shell grep -s small $(INSTALLED))
 OUT ?= results
 PUBLISHED ?= published
 CONFIGS ?= experiments/configs
-PLACES := --results $(OUT) --published $(PUBLISHED)
 SUMS := $(PY) tools/sums.py $(PUBLISHED)
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
-M1 := $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
+M1 := $(MODELS) $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
 MEASURED := $(PUBLISHED)/measurements
 SOLVER := bem/solver/version.py
 # A published file that is missing is not made on the way: what reads it names the command that makes it, or does without.
@@ -53,7 +52,7 @@ tables: $(PAPER_TABLES)  ## Every table of the paper
 figures tables:
 	echo "All are in $(OUT)/$@"
 report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper, and ours
-	$(PY) -m paper_figures.report.write $(PLACES) --out $(or $(REPORT),REPRODUCTION.md)
+	$(PY) -m paper_figures.report.write --results $(OUT) --published $(PUBLISHED) --out $(or $(REPORT),REPRODUCTION.md)
 
 ##@ Figures, tables and studies (short)
 
@@ -68,40 +67,59 @@ $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
 F := $(OUT)/figures
 T := $(OUT)/tables
 S := $(OUT)/studies
+# A product is drawn from its prerequisites in their order; what may be missing comes last.
 DRAWING := $(wildcard paper_figures/*.* paper_figures/*/*.*)
+DRAW = $(PY) -m paper_figures $1 $(filter-out $(DRAWING),$^) --out $@ $(LEAVE_OUT)
 $(F)/%.pdf: $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures $* $(PLACES) $(LEAVE_OUT)
+	$(call DRAW,$*)
 $(T)/%.md: $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures table-$* $(PLACES) $(LEAVE_OUT)
+	$(call DRAW,table-$*)
+RANKING := $(wildcard $(PUBLISHED)/ranking.json)
+SPEED := $(wildcard $(MEASURED)/training_speed.json)
 $(F)/figure-1.pdf $(F)/figure-3.pdf: $(S)/dataset_examples.json
 $(F)/figure-2.pdf: $(S)/dataset_examples.json $(DATASET)
 $(F)/figure-4.pdf $(F)/figure-architectures.pdf: $(S)/architecture_graphs.json
-$(F)/figure-5.pdf: $(S)/model_comparison.json $(S)/persson_brener.json $(addprefix $(PUBLISHED)/,ranking.json data_efficiency.json)
+$(F)/figure-5.pdf: $(S)/model_comparison.json $(S)/persson_brener.json $(PUBLISHED)/data_efficiency.json $(RANKING)
 $(F)/figure-6.pdf $(T)/protocols-canonical.md: $(S)/canonical_regimes.json
 $(F)/figure-7.pdf $(T)/quartiles.md: $(S)/error_statistics.json
-$(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf $(F)/figure-plateau.pdf $(F)/figure-ranking.pdf $(T)/ranking.md: \
-	$(S)/model_comparison.json $(PUBLISHED)/ranking.json
-$(F)/figure-features.pdf: $(addprefix $(PUBLISHED)/,ranking.json data_efficiency.json feature_sets.json)
+$(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf: $(S)/model_comparison.json $(RANKING)
+$(F)/figure-plateau.pdf: $(S)/model_comparison.json
+$(F)/figure-ranking.pdf $(T)/ranking.md: $(PUBLISHED)/ranking.json $(S)/model_comparison.json
+$(F)/figure-features.pdf: $(PUBLISHED)/feature_sets.json $(PUBLISHED)/data_efficiency.json $(RANKING)
 $(F)/figure-fms-transfer.pdf: $(S)/fms_transfer.json
 $(F)/graphical-abstract.pdf: $(S)/canonical_regimes.json $(S)/error_statistics.json
 $(T)/protocols-dataset.md: $(S)/dataset_examples.json $(S)/dataset_statistics.json
 $(T)/persson-brener.md: $(S)/persson_brener.json
-$(T)/models.md: $(S)/model_comparison.json $(PUBLISHED)/model_forces.json $(MEASURED)/training_speed.json
-$(COST_FIGURES:%=$(F)/%.pdf) $(COST_TABLES:table-%=$(T)/%.md): $(wildcard $(MEASURED)/*.json)
+$(T)/models.md: $(S)/model_comparison.json $(SPEED) $(if $(SPEED),$(wildcard $(PUBLISHED)/model_forces.json))
+$(F)/figure-effects.pdf: $(MEASURED)/effects.json $(MEASURED)/effect_pairs.json
+$(F)/figure-accuracy-cost.pdf: $(MEASURED)/accuracy_cost.json $(MEASURED)/peers.json
+$(F)/figure-amortisation.pdf: $(MEASURED)/amortisation.json
+$(F)/figure-training-cost.pdf: $(MEASURED)/training_cost.json
+$(F)/figure-peers.pdf $(T)/peers.md: $(MEASURED)/peers.json
+$(F)/figure-measurement-floor.pdf: $(MEASURED)/measurement_floor.json
+$(T)/stand-ins.md: $(MEASURED)/effects.json
+$(T)/recommendations.md: $(MEASURED)/recommendations.json
+$(T)/accuracy-cost.md: $(MEASURED)/accuracy_cost.json
+$(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.json)
+$(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.json
 
 STUDIES := dataset_examples dataset_statistics canonical_regimes persson_brener error_statistics fms_transfer \
 	model_comparison architecture_graphs adopted_settings inconsistencies
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
-$(S)/%.json: experiments/paper/%.py $(wildcard experiments/*.py experiments/paper_values/* $(CONFIGS)/*.toml) | $(INSTALLED)
-	$(PY) -m experiments $* $(PLACES) --configs $(CONFIGS) $(LEAVE_OUT)
-$(addprefix $(S)/,dataset_examples.json canonical_regimes.json persson_brener.json fms_transfer.json inconsistencies.json): $(SOLVER)
-$(addprefix $(S)/,dataset_statistics.json error_statistics.json fms_transfer.json model_comparison.json inconsistencies.json): $(DATASET)
-$(addprefix $(S)/,canonical_regimes.json persson_brener.json error_statistics.json fms_transfer.json): $(M1)
-$(S)/canonical_regimes.json: $(MEASURED)/canonical_times.json
-$(S)/error_statistics.json: $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv)
+# The arguments of a study are its prerequisites without code, the paper's values and the files in the folder of models.
+STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/%,$^)
+$(S)/%.json: experiments/paper/%.py $(wildcard experiments/*.py experiments/paper_values/*) | $(INSTALLED)
+	$(call STUDY,$*) --out $@ $(LEAVE_OUT)
+$(S)/dataset_examples.json: $(SOLVER)
+$(S)/dataset_statistics.json $(S)/inconsistencies.json: $(DATASET) $(SOLVER)
+$(S)/canonical_regimes.json: $(CONFIGS)/canonical_regimes.toml $(M1) $(MEASURED)/canonical_times.json $(SOLVER)
+$(S)/persson_brener.json: $(CONFIGS)/persson_brener.toml $(M1) $(SOLVER)
+$(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv) $(DATASET)
+$(S)/fms_transfer.json: $(CONFIGS)/fms_transfer.toml $(M1) $(DATASET) $(SOLVER)
 # The folder changes if an entry is removed, which a wildcard does not show.
-$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(wildcard $(MEASURED)/training_speed.json)
+$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(SPEED)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
+$(S)/adopted_settings.json: $(CONFIGS)/feature_sets.toml
 
 ##@ Data set and trainings (long; Ctrl-C interrupts them, the same command continues)
 
@@ -172,15 +190,16 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 	$(SUMS) $(PUBLISHED)/pretrained
 
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
-OWN :=
-feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
-feature-sets: OWN = --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
-data-efficiency: OWN = --work $(OUT)/training_studies/data_efficiency  ## Train on decreasing shares of the data and publish the errors
-ranking:  ## Rank the models by every published seed, with intervals, and publish it (seconds)
-model-forces:  ## Publish which models were trained on the forces of the published data set
-$(PUBLISHED_STUDIES): $(DATASET) | $(INSTALLED)
-	json=$(PUBLISHED)/$(subst -,_,$@).json; status=0; $(PY) -m experiments $(subst -,_,$@) $(PLACES) --configs $(CONFIGS) $(OWN) || \
-		status=$$?; [ ! -e $$json ] || $(SUMS) $$json; exit $$status
+JSON = $(PUBLISHED)/$(subst -,_,$@).json
+OWN = --out $(JSON)
+feature-sets: $(CONFIGS)/feature_sets.toml $(DATASET) $(MODELS) | $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
+feature-sets: OWN = $(JSON) --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
+data-efficiency: $(CONFIGS)/data_efficiency.toml $(DATASET) $(MODELS)  ## Train on decreasing shares of the data and publish the errors
+data-efficiency: OWN = $(JSON) --work $(OUT)/training_studies/data_efficiency
+ranking: $(DATASET) $(PUBLISHED)/seeds  ## Rank the models by every published seed, with intervals, and publish it (seconds)
+model-forces: $(DATASET) $(MODELS)  ## Publish which models were trained on the forces of the published data set
+$(PUBLISHED_STUDIES): | $(INSTALLED)
+	status=0; $(call STUDY,$@) $(OWN) || status=$$?; [ ! -e $(JSON) ] || $(SUMS) $(JSON); exit $$status
 
 cards: setup  ## Write the cards of the data set and of each published model, and the metadata
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
@@ -205,8 +224,14 @@ paper-from-scratch smoke: setup
 
 # BLAS and the backends of the surrogates must use one core only.
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
-	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
-	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
+	OMP_NUM_THREADS=1 $(call STUDY,$*) --out $(MEASURED)/$(subst -,_,$*).json $(if $(BUSY),--busy)
+	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).json)
+measure-pull-off-place: MEASURED = bem/dataset
+measure-accuracy-cost: $(DATASET) $(MODELS)
+measure-canonical-times: $(CONFIGS)/canonical_times.toml $(MODELS)
+measure-training-speed: $(DATASET)
+measure-training-cost: $(DATASET) $(MODELS) $(SPEED)
+measure-amortisation: $(MEASURED)/accuracy_cost.json $(DATASET) $(MODELS) $(SPEED)
 measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost training-speed training-cost \

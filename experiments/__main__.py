@@ -1,9 +1,9 @@
-"""Run one study: `python -m experiments NAME ...`.
+"""Run one study: `python -m experiments NAME INPUT ... --out FILE`; `NAME --help` lists its inputs and options.
 
-A study is a function `study_NAME`, or `study` of the module NAME, which returns the content of one result, or `None`
-for nothing to write. The runner supplies the arguments of the function, as `experiments.places` describes, each with an
-option that names another file, and writes the result under its name; what `stated` keeps of the options is the command
-that the result states.
+A study is a function `study` of the module NAME, or `study_NAME` of any module. It is a command of Typer that returns
+the content of its result, or `None` for nothing to write. The result is written to `--out`, by default
+`results/NAME.json`. With `--leave-out` a study is left out where a package that it needs is not installed; with
+`--busy` the seconds of a busy machine are published, too.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -11,49 +11,64 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("python -m experiments")
 
+import argparse
+import re
+import shlex
+import sys
+from functools import wraps
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+from bem._support.command_line import run_main
 
-from experiments import places
+HERE = Path(__file__).parent
 
 
-def command_of(module: ModuleType, name: str) -> Any:
-    """The command of a study, which publishes what it returns."""
+def studies() -> dict[str, str]:
+    """Module of each study, by the name of the study; modules without a study are shared code."""
+    modules = {}
+    for path in HERE.glob("*/*.py"):
+        for name in re.findall(r"^def study(?:_(\w+))?\(", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            modules[name or path.stem] = f"experiments.{path.parent.name}.{path.stem}"
+    return dict(sorted(modules.items()))
+
+
+def main() -> None:
+    """Run the study that the command line names, and write what it returns."""
+    name, *words = sys.argv[1:] or [""]
+    modules = studies()
+    if name in ("-h", "--help"):
+        print(f"{__doc__}\nStudies: {', '.join(modules)}")
+        return
+    if name not in modules:
+        print(f"python -m experiments: study must be one of {', '.join(modules)}; received {name!r}", file=sys.stderr)
+        sys.exit(2)
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--out", type=Path, default=Path("results", f"{name}.json"))
+    for flag in ("--busy", "--leave-out"):
+        parser.add_argument(flag, action="store_true")
+    shared, own = parser.parse_known_args(words)
+    module, program = import_module(modules[name]), f"python -m experiments {name}"
     study = getattr(module, f"study_{name}", None) or module.study
 
-    def command(
-        results: places.ResultsFolder = Path("results"),
-        published: places.PublishedFolder = Path("published"),
-        configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = places.CONFIGS,
-        out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
-        busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
-        leave_out: places.LeaveOut = False,
-        **options: Any,
-    ) -> None:
-        from experiments.measurements.harness import publish, stated
+    @wraps(study)
+    def command(**arguments: Any) -> None:
+        from experiments.measurements.harness import publish
 
-        files = places.Places(results, published, configs, places.taken(study, options) | ({name: out} if out else {}))
-        own = {one: options[one] for one in places.options_of(study)}  # in the order of the study
         try:
-            content = study(**files.arguments(study, name), **own)
+            content = study(**arguments)
         except ModuleNotFoundError as error:
             lacking = f"{name} needs {error.name}, which this installation leaves out; run `make setup` first"
-            if not leave_out:
+            if not shared.leave_out:
                 raise RuntimeError(lacking) from error
             print(f"left out: {lacking}")
             return
         if content is not None:
-            publish(files.path(name), " ".join([name, *stated(own)]), content, busy=busy)
+            publish(shared.out, shlex.join([name, *own]), content, busy=shared.busy)
 
-    return places.with_options(command, study)
-
-
-def main() -> None:
-    """Run the study that the command line names."""
-    places.run_named("experiments", places.studies(), command_of)
+    sys.argv[:] = [program, *own]
+    run_main(command, program, program=program, help=module.__doc__)
 
 
 if __name__ == "__main__":

@@ -9,22 +9,83 @@ import contextlib
 import json
 import os
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import ArrayLike
 
 from bem import Scene, StandardLinearSolid
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem._support.text_files import read_json
-from experiments.places import CONFIGS as CONFIGS
+from bem._support.text_files import read_json, read_toml
 
+CONFIGS = Path(__file__).parent / "configs"
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1
 """Relaxed over instantaneous modulus, k = E0/Einf, of the paper's solid."""
+
+
+def read_config(path: Path) -> dict[str, Any]:
+    """Read a TOML file of a study. Keys that it lacks have the values of the file of its name in `CONFIGS`.
+
+    Raises:
+        FileNotFoundError: A file does not exist.
+        ValueError: The file is not TOML, or holds other keys.
+    """
+    usual = read_toml(CONFIGS / path.name)
+    try:
+        content = read_toml(path)
+    except ValueError as error:
+        raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
+    if not content.keys() <= usual.keys():
+        raise ValueError(f"configuration must hold {', '.join(usual)} only; received {', '.join(sorted(content))}")
+    return usual | content
+
+
+def read_result(path: Path) -> Any:
+    """Read the content of a result file.
+
+    Raises:
+        FileNotFoundError: The file does not exist. The message names the command that makes it.
+        ValueError: The file is no JSON.
+    """
+    target = path.stem.replace("_", "-")
+    made = f"`make {'measure-' if path.parent.name == 'measurements' else ''}{target}` makes it"
+    made = "`make studies` makes it" if path.parent.name == "studies" else made
+    if not path.is_file():
+        raise FileNotFoundError(f"result file {str(path)!r} not found; {made}")
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"result file {str(path)!r} must be JSON; {error}") from error
+
+
+def read_input(path: Path) -> Any:
+    """Content of a result file; of any other file, and of a folder, the path."""
+    return read_result(path) if path.suffix == ".json" else path
+
+
+def _parsed(read: Callable[[Path], Any]) -> Callable[[str], Any]:
+    """A parser of Typer, whose errors keep their words."""
+
+    def parse(word: str) -> Any:
+        try:
+            return read(Path(word))
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from error
+
+    return parse
+
+
+Config = Annotated[Any, typer.Argument(parser=_parsed(read_config), metavar="CONFIG.toml")]
+Result = Annotated[Any, typer.Argument(parser=_parsed(read_result), metavar="RESULT.json")]
+Dataset = Annotated[Path, typer.Argument(help="Data set file.")]
+Models = Annotated[Path, typer.Argument(help="Folder of models.")]
+"""Inputs of a study on its command line: the content of a file, or a path."""
 
 
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:

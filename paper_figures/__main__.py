@@ -1,7 +1,8 @@
-"""Draw a figure or write a table: `python -m paper_figures NAME`, where NAME is that of the make target.
+"""Draw a figure or write a table: `python -m paper_figures NAME INPUT ... --out FILE`, NAME being its make target.
 
-Each module has one function, `compose`. Its parameters are the results that it shows (`experiments.places`). It returns
-a figure, a table, or a dictionary of several by the names of their files.
+Each module has one function, `compose`, of the contents of its inputs in their order (`experiments.common.read_input`).
+It returns a figure, a table, or a dictionary of several by the names of their files. With `--leave-out` what lacks an
+input is left out.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -11,14 +12,15 @@ if __name__ == "__main__":  # before the imports that take long
 
 import tomllib
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.outputs import plain_name, write_whole
-from experiments.places import LeaveOut, Places, PublishedFolder, ResultsFolder, run_named, taken, with_options
+from bem._support.command_line import run_main
+from bem._support.outputs import write_whole
+from experiments.common import read_input
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -54,69 +56,63 @@ def caption(name: str, sources: Sequence[Path]) -> str:
     data = ", ".join(f"`{source}`" for source in sources)
     parts = {
         "Shown": words["shown"],
-        "Data": f"{data}. `python -m paper_figures {name}` draws the figure and writes this text.",
+        "Data": f"{data}. `make {name}` draws the figure and writes this text.",
         "Different from the paper": words.get("differs", "The paper has no such figure."),
     }
     lines = [f"**{title}.** {' '.join(text.split())}" for title, text in parts.items()]
     return "\n\n".join([f"# {name.replace('-', ' ').capitalize()}", *lines]) + "\n"
 
 
-def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
+def save(products: Any, out: Path) -> list[Path]:
     """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX; print where one of each is.
 
+    Args:
+        products: A figure or a table, or a dictionary of several by the names of their files.
+        out: The file of a single one; several lie in its folder, or in the folders `figures` and `tables` beside it.
+
     Returns:
-        where the caption of each figure belongs.
+        Where the caption of each figure belongs.
     """
     from paper_figures.style import drawing
     from paper_figures.style.writing import Table
 
-    if not isinstance(products, dict):
-        products = {name.removeprefix("table-"): products}
-    beside = []
-    for stem, product in products.items():
+    captioned = []
+    for stem, product in (products if isinstance(products, dict) else {out.stem: products}).items():
+        kind = "tables" if isinstance(product, Table) else "figures"
+        folder = out.parent.with_name(kind) if out.parent.name in ("figures", "tables") else out.parent
         if isinstance(product, Table):
-            product.save(stem, tables)
-            print(tables / f"{stem}.md")
+            product.save(stem, folder)
+            print(folder / f"{stem}.md")
         else:
-            drawing.save(product, stem, figures)
-            print(figures / f"{stem}.pdf")
-            beside.append(figures / f"{stem}.md")
-    return beside
+            drawing.save(product, stem, folder)
+            print(folder / f"{stem}.pdf")
+            captioned.append(folder / f"{stem}.md")
+    return captioned
 
 
-def command_of(module: ModuleType, name: str) -> Any:
-    """The command of a figure or a table, which writes what is composed."""
-
-    def command(
-        results: ResultsFolder = Path("results"),
-        published: PublishedFolder = Path("published"),
-        under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
-        leave_out: LeaveOut = False,
-        **options: Any,
-    ) -> None:
-        if not name.startswith("table-"):
-            words_of(name)  # before the figure is drawn
-        places = Places(results, published, taken=taken(module.compose, options))
-        try:
-            arguments = places.arguments(module.compose, name)
-            products = module.compose(**arguments, **options)
-        except FileNotFoundError as error:
-            if not leave_out:
-                raise
-            print(f"{name} is left out: {error}")
-            return
-        inner = plain_name(under, "--under") if under else ""
-        sources = [path for path in map(places.path, arguments) if path.exists()]
-        for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
-            write_whole(place, caption(name, sources))
-
-    return with_options(command, module.compose)
-
-
-def main() -> None:
-    """Draw the figure or write the table that the command line names."""
-    run_named("paper_figures", modules(), command_of)
+def main(
+    name: Annotated[str, typer.Argument(help="Name of the figure or table, as `make help-all` lists them.")],
+    inputs: Annotated[list[Path], typer.Argument(help="Files and folders that it shows, in the order of its rule.")],
+    out: Annotated[Path, typer.Option(help="File to write: *.pdf of a figure, *.md of a table.")],
+    family: Annotated[str | None, typer.Option(help="The one family of `figure-architectures` to draw.")] = None,
+    leave_out: Annotated[bool, typer.Option("--leave-out", help="Leave out what lacks an input.")] = False,
+) -> None:
+    """Draw a figure or write a table."""
+    if name not in modules():
+        raise ValueError(f"the name must be one of {', '.join(modules())}; received {name!r}")
+    if not name.startswith("table-"):
+        words_of(name)  # before the figure is drawn
+    compose = import_module(modules()[name]).compose
+    try:
+        products = compose(*map(read_input, inputs), **({"family": family} if family else {}))
+    except FileNotFoundError as error:
+        if not leave_out:
+            raise
+        print(f"{name} is left out: {error}")
+        return
+    for path in save(products, out):
+        write_whole(path, caption(name, inputs))
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main, "python -m paper_figures", program="python -m paper_figures")

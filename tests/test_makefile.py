@@ -1,15 +1,13 @@
 """The targets of the Makefile: what they are named, what they run, what they are made from, and what they refuse."""
 
-import inspect
 import os
 import re
 import shutil
 import subprocess
-from importlib import import_module
 
 import pytest
 
-from experiments.places import Places, studies
+from experiments.__main__ import studies
 from paper_figures.__main__ import captions, modules
 from tests.processes import ROOT, ended
 
@@ -98,15 +96,6 @@ def test_a_change_makes_anew_what_was_made_from_it_and_little_else(changed, agai
     assert len(made) <= most
 
 
-def test_a_figure_is_made_from_all_that_its_module_reads():
-    database = make("-pnB", "studies", "figures", "tables", "cost-figures", "-o", ".venv/.installed").stdout
-    rules = dict(re.findall(r"^(results/\S+): (.*)$", database, flags=re.MULTILINE))
-    for name in modules():
-        product = f"tables/{name[6:]}.md" if name.startswith("table-") else f"figures/{name}.pdf"
-        asked = inspect.signature(import_module(modules()[name]).compose).parameters.keys() - {"family"}
-        assert {str(Places().path(one)) for one in asked} <= set(rules[f"results/{product}"].split()), name
-
-
 def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
     for path in (*(ROOT / "experiments/paper").glob("*.py"), *(ROOT / "paper_figures").glob("*/*.py")):
         source = path.read_text(encoding="utf-8")
@@ -133,21 +122,21 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
 
 def test_a_measurement_is_published_under_its_name(tmp_path):
     lines = commands("measure-ways-to-call", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
-    for name in ("ways_to_call", "canonical_times"):
-        places = f"--results results --published {tmp_path} --configs experiments/configs"
-        assert f"-m experiments {name} {places} --busy" in lines
-        assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
+    inputs = {"ways_to_call": "", "canonical_times": f"experiments/configs/canonical_times.toml {tmp_path}/models"}
+    for name, paths in inputs.items():
+        file = f"{tmp_path}/measurements/{name}.json"
+        assert f"-m experiments {name} {paths} --out {file} --busy" in lines
+        assert f"tools/sums.py {tmp_path} {file}" in lines
+    assert "-m experiments pull_off_place  --out bem/dataset/pull_off_place.json" in commands("measure-pull-off-place")
 
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
     found = commands("paper", "cost-figures", "-B")
     for name in ("figure-1", "figure-ranking", "table-ranking"):
-        assert f"-m paper_figures {name} --results results --published published --leave-out" in found
+        assert re.search(rf"-m paper_figures {name} .* --out \S+ --leave-out\n", found)
         assert "--leave-out" not in commands("-B", name)
-    assert (
-        "-m experiments architecture_graphs --results results --published published --configs experiments/configs --lea"
-        in found
-    )
+    graphs = "results/studies/architecture_graphs.json"
+    assert f"-m experiments architecture_graphs  --out {graphs} --leave-out" in found
     report = commands("-B", "report")
     assert "-m experiments adopted_settings" in report
     assert "--leave-out" not in report

@@ -11,7 +11,7 @@ import pytest
 from bem import materials_library
 from bem.cli.arguments import read_design_file
 from bem.lab import ForceCurve
-from experiments.places import read_config
+from experiments.common import read_config
 from surrogate.cli.predict_io import read_table
 from surrogate.data.dataset import Split
 from surrogate.data.scaling import Scaling
@@ -33,7 +33,7 @@ READERS = {
     "recipe.toml": ((MODEL / "recipe.toml").read_text(), Recipe.load),
     "scaling.json": ((MODEL / "scaling.json").read_text(), Scaling.load),
     "split.json": (json.dumps({"seed": 1, "train": [0, 1], "validation": [2], "test": [3]}), Split.load),
-    "study.toml": ("model = 'M1-concat'\nfit_within = 0.02\n", lambda path: read_config("persson_brener", path)),
+    "persson_brener.toml": ("model = 'M1-concat'\nfit_within = 0.02\n", read_config),
 }
 AFM = ("curve.h5", "curve.ibw", "curve.zip", "curve.jpk-force", "curve.tab")
 HOSTILE = {

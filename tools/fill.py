@@ -1,9 +1,9 @@
 """Write numbers from results into documents, so that none is typed by hand.
 
-A place in a document reads `<!-- fill MODULE.FUNCTION -->...<!-- end -->`. The function returns its text. The names of
-its parameters select what it reads, as those of a figure do (`experiments.places`).
+A place in a document reads `<!-- fill MODULE.FUNCTION INPUT ... -->...<!-- end -->`. The function returns its text from
+the contents of these files of the repository (`experiments.common.read_input`).
 
-Usage: `python tools/fill.py [DOCUMENT ...] [--published DIR]`, by default for every document of the repository;
+Usage: `python tools/fill.py [DOCUMENT ...]`, by default for every document of the repository;
 `--check` only reports which documents are out of date.
 """
 
@@ -24,15 +24,15 @@ from typing import Annotated
 import typer
 
 from bem._support.command_line import run_main
-from experiments.places import Places
+from experiments.common import read_input
 
 ROOT = Path(__file__).resolve().parents[1]
-PLACE = re.compile(r"(<!-- fill ([a-z0-9_.]+) -->\n*).*?(\n*<!-- end -->)", re.DOTALL)
+PLACE = re.compile(r"(<!-- fill ([a-z0-9_.]+)((?: [\w./-]+)*) -->\n*).*?(\n*<!-- end -->)", re.DOTALL)
 DOCUMENTS = ("*.md", "docs/*.md", "bem/*.md")
 
 
-def text_of(name: str, places: Places) -> str:
-    """The text of a place.
+def text_of(name: str, inputs: list[str]) -> str:
+    """The text that a function gives of its inputs, paths from the root of the repository.
 
     Raises:
         ValueError: No function of `experiments` or `paper_figures` has this name.
@@ -45,12 +45,12 @@ def text_of(name: str, places: Places) -> str:
         found = getattr(import_module(module), function)
     except (ImportError, AttributeError) as error:
         raise ValueError(f"a place must name a function of experiments or paper_figures; received {name!r}") from error
-    return str(found(**places.arguments(found, "docs-numbers")))
+    return str(found(*(read_input(ROOT / path) for path in inputs)))
 
 
-def filled(text: str, places: Places) -> str:
+def filled(text: str) -> str:
     """A document with the text of every place renewed; blank lines within a place are kept."""
-    return PLACE.sub(lambda match: match[1] + text_of(match[2], places) + match[3], text)
+    return PLACE.sub(lambda match: match[1] + text_of(match[2], match[3].split()) + match[4], text)
 
 
 def documents() -> list[Path]:
@@ -61,14 +61,13 @@ def documents() -> list[Path]:
 
 def main(
     names: Annotated[list[Path] | None, typer.Argument(metavar="DOCUMENT", help="Markdown files.")] = None,
-    published: Annotated[Path, typer.Option(help="Folder of published files.")] = ROOT / "published",
     check: Annotated[bool, typer.Option("--check", help="Change nothing; fail if a document is out of date.")] = False,
 ) -> None:
     """Fill the places of documents."""
-    places, stale = Places(ROOT / "results", published), []
+    stale = []
     for document in names or documents():
         text = document.read_text(encoding="utf-8")
-        if (whole := filled(text, places)) != text:
+        if (whole := filled(text)) != text:
             stale.append(document)
             if not check:
                 document.write_text(whole, encoding="utf-8")

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
-from experiments.common import without_extrapolation_warnings
+from experiments.common import DATASET, MODELS, Dataset, Models, without_extrapolation_warnings
 from experiments.measurements import tools
 from experiments.measurements.cases import Case, held_out
 from experiments.measurements.closed_forms import FORMS
@@ -105,8 +105,8 @@ def timed_ways(
 
 
 def study(
-    dataset: Path,
-    models: Path,
+    dataset: Dataset = DATASET,
+    models: Models = MODELS,
     *,
     count: Count = 200,
     repeats: Repeats = 3,

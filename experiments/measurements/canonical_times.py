@@ -6,12 +6,11 @@ seconds of whole calls (`experiments.measurements.tools`), each the median of it
 """
 
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.common import without_extrapolation_warnings
+from experiments.common import Config, Models, without_extrapolation_warnings
 from experiments.measurements import tools
 from experiments.measurements.cases import Case
 from experiments.measurements.harness import progress, timed
@@ -20,7 +19,7 @@ from experiments.paper_numbers import paper_rows
 BATCHES = 3
 
 
-def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
+def study(config: Config, models: Models) -> dict[str, Any]:
     """Time the twelve protocols."""
     ways, _ = tools.ways_to_call(config["model"], models)
     rows = [row | {"modulus_ratio": config["modulus_ratio"]} for row in paper_rows("canonical_protocols")]

@@ -173,23 +173,12 @@ def fingerprint(**parts: Any) -> str:
     return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
 
 
-def stated(options: Mapping[str, Any]) -> list[str]:
-    """Options as words of a command line, except paths, what is not given, and processes, which change no result."""
-    words = []
-    for name, value in options.items():
-        for one in value if isinstance(value, list) else [value]:
-            if name == "jobs" or isinstance(one, Path) or one is None or one is False:
-                continue
-            words += [f"--{name.replace('_', '-')}", *([] if one is True else [f"{one}"])]
-    return words
-
-
 def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
     """Write a result and say where; of a measurement its numbers, with the ratio of processor seconds to wall seconds.
 
     Args:
         out: The result file.
-        study: The module and its options, as the file records its command.
+        study: The study with its inputs and options, as the file records its command.
         content: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
         busy: Publish the measurement even if the machine was busy.
 

@@ -6,7 +6,6 @@ evaluates them.
 """
 
 import inspect
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,8 @@ from bem.dataset.measurement_steps import FMS
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
+from experiments.common import Config
 from experiments.paper_numbers import paper_rows
-from experiments.places import read_config
 from surrogate.training.recipe import Recipe
 
 
@@ -58,19 +57,18 @@ def crack_protocol() -> dict[str, Any]:
     return first | {name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}
 
 
-def study(configs: Path) -> dict[str, Any]:
+def study(feature_sets: Config) -> dict[str, Any]:
     """Read the settings."""
     from surrogate.data.features import channel_names
 
-    features = read_config("feature_sets", configs / "feature_sets.toml")
     radii = np.linspace(0.5, 3.0, 100_001)
     return {
         "ranges": {name: list(bounds) for name, bounds in PAPER_RANGES.items()},
         "start_over_tabor": default_start_indentation(1.0),
         "measurement_steps": sum(FMS),
         "steps_by_phase": ", ".join(map(str, FMS)),
-        "channels": {name: len(channel_names(name)) for name in features["sets"]},
-        "feature_sets": ", ".join(features["sets"]),
+        "channels": {name: len(channel_names(name)) for name in feature_sets["sets"]},
+        "feature_sets": ", ".join(feature_sets["sets"]),
         "recipe": recipe(),
         "layers": layers(),
         "crack_protocol": crack_protocol(),

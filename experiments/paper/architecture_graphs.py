@@ -63,21 +63,12 @@ def graphs(names: Iterable[str]) -> dict[str, Any]:
 
 
 def study(
-    out: Path,
     *,
     architecture: Annotated[
         list[str] | None, typer.Option(help="Describe what this file registers instead; repeatable.")
     ] = None,
 ) -> dict[str, Any]:
-    """The graphs of the 18 paper models, or of user-defined architectures, in a file of their own.
-
-    Raises:
-        ValueError: `out` is the file of the paper models.
-    """
-    if architecture and out.name == "architecture_graphs.json":
-        raise ValueError(
-            f"--out must name another file for the graphs of {', '.join(architecture)}; received {str(out)!r}"
-        )
+    """The graphs of the 18 paper models, or of user-defined architectures."""
     import surrogate
     from surrogate.architectures.naming import paper_names, split_name
     from surrogate.architectures.registry import REGISTERED, load_architectures

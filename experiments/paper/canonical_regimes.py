@@ -4,7 +4,6 @@ The seconds are those that `experiments.measurements.canonical_times` measured a
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING
 from experiments import common
+from experiments.common import Config, Models, Result
 from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
@@ -50,7 +50,7 @@ def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
     return found | {"orders_of_magnitude": float(np.log10(np.median(columns["solver"] / columns["predictor"])))}
 
 
-def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any]) -> dict[str, Any]:
+def study(config: Config, models: Models, canonical_times: Result) -> dict[str, Any]:
     """Simulate and predict the twelve protocols."""
     trained = common.load_surrogate(config["model"], models)
     regimes = [

@@ -13,7 +13,6 @@ the whole run that was spent on trajectories. The force ratio, pull-off force ov
 a trajectory that is never compressed; such trajectories are counted and left out.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,8 @@ from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
 from bem.protocol import default_start_indentation
 from bem.trajectory import far_field
+from experiments.common import DATASET
+from experiments.common import Dataset as DatasetFile
 from surrogate.data.metrics import pull_off
 
 PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
@@ -95,6 +96,6 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def study(dataset: Path) -> dict[str, Any]:
+def study(dataset: DatasetFile = DATASET) -> dict[str, Any]:
     """The statistics of a data set."""
     return {"dataset": dataset.name, **statistics(load_dataset(dataset))}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from experiments.common import ended_by_recipe, require_dataset
+from experiments.common import Config, Dataset, Models, ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
 
@@ -92,7 +92,7 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     return errors
 
 
-def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
+def study(config: Config, models: Models, dataset: Dataset) -> dict[str, Any]:
     """Error statistics of one model and, where the paper's recipe ended a training of it, of that one; else `None`."""
     paper = models / PAPER_RECIPE.format(config["model"])
     return {

@@ -12,6 +12,7 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
+from experiments.common import Config, Dataset, Models
 from experiments.measurements.cases import Case, native, rows_of
 from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
@@ -79,7 +80,7 @@ def errors_on_grid(
     )
 
 
-def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
+def study(config: Config, models: Models, dataset: Dataset) -> dict[str, Any]:
     """Predict at each number of steps with the same weights."""
     trained = common.load_surrogate(config["model"], models)
     rows = {int(row["sample"]): row for row in paper_rows("canonical_protocols")}

@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from experiments import common
+from experiments.common import Dataset
 from experiments.paper.model_comparison import paper_mse
 from experiments.paper_numbers import paper_claims, paper_rows
 
@@ -130,7 +131,7 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
 
 
 def study(
-    dataset: Path,
+    dataset: Dataset = common.DATASET,
     *,
     only: Annotated[list[str] | None, typer.Option(help="Print this one and write nothing; repeatable.")] = None,
 ) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.text_files import read_json, read_toml
-from experiments.common import dataset_digest
+from experiments.common import Dataset, Models, Result, dataset_digest
 from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
@@ -161,7 +161,7 @@ def by_paper_recipe(beside: dict[str, dict[str, Any]], hours: dict[str, float | 
     }
 
 
-def study(models: Path, dataset: Path, training_speed: Any = None) -> dict[str, Any]:
+def study(models: Models, dataset: Dataset, training_speed: Result = None) -> dict[str, Any]:
     """Compare the published models.
 
     Raises:

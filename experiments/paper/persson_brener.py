@@ -8,7 +8,6 @@ and its summary gives the distance. Source: the paper's section on the relaxed s
 protocol definitions.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.reference_solutions import jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.common import Config, Models
 from experiments.measurements.cases import Case
 from experiments.paper_numbers import paper_rows
 
@@ -83,7 +83,7 @@ def summary(points: list[dict[str, float]]) -> dict[str, float]:
     return found
 
 
-def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
+def study(config: Config, models: Models) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
     trained = common.load_surrogate(config["model"], models)
     protocols = paper_rows("persson_brener_protocols")

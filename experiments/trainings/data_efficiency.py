@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from experiments import common
+from experiments.common import Config, Dataset, Models
 from experiments.trainings.variants import WORK, Variant, Work, train_variants
 
 WHOLE = (100, 0)
@@ -55,7 +56,7 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def study(
-    config: dict[str, Any], dataset: Path, models: Path, out: Path, *, work: Work = WORK / "data_efficiency"
+    config: Config, dataset: Dataset, models: Models, out: Path, *, work: Work = WORK / "data_efficiency"
 ) -> None:
     """Train on the subsets, or continue; the result file is written after each training.
 

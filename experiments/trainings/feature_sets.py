@@ -22,6 +22,7 @@ import typer
 
 from bem.dataset.designs import agree
 from experiments import common
+from experiments.common import Config, Dataset, Models
 from experiments.measurements.cases import STEPS, Hidden, results_of
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates.measurement_steps import READINGS, errors, reading_errors
@@ -104,9 +105,9 @@ def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[
 
 
 def study(
-    config: dict[str, Any],
-    dataset: Path,
-    models: Path,
+    config: Config,
+    dataset: Dataset,
+    models: Models,
     out: Path,
     *,
     work: Work = WORK / "feature_sets",

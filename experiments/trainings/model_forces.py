@@ -15,6 +15,7 @@ import numpy as np
 
 from bem._support.text_files import read_json
 from experiments import common
+from experiments.common import Dataset, Models
 from experiments.measurements.harness import progress
 from experiments.paper.error_statistics import read_errors
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -44,7 +45,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     return float(abs(found.mean() / errors["mse"].mean() - 1.0))
 
 
-def study(dataset: Path, models: Path) -> dict[str, Any]:
+def study(dataset: Dataset, models: Models) -> dict[str, Any]:
     """Compare every published model with the shipped file."""
     data, found = TrajectoryDataset.load(dataset), {}
     for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.text_files import read_json, read_toml
+from experiments.common import Dataset
 from experiments.paper.error_statistics import read_errors
 from experiments.paper.model_comparison import REFERENCE, read_history
 from experiments.paper_numbers import paper_claims
@@ -291,7 +292,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
     return {"spread": spread, "pairs": pairs, "claims": claims}
 
 
-def study(dataset: Path, seeds: Path) -> dict[str, Any]:
+def study(dataset: Dataset, seeds: Path) -> dict[str, Any]:
     """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
     digest = TrajectoryDataset.load(dataset).sha256
     found, left_out = found_seeds(seeds, digest)

@@ -29,7 +29,7 @@ import typer
 from bem._support.text_files import read_json
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS
-from experiments.common import dataset_digest
+from experiments.common import DATASET, Dataset, Models, Result, dataset_digest
 from experiments.measurements.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
 from experiments.measurements.tools import absent, complete
@@ -74,7 +74,7 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
 
 
 def study_training_speed(
-    dataset: Path,
+    dataset: Dataset = DATASET,
     *,
     recipe: Annotated[str, typer.Option(help="Name of a recipe, or its file.")] = "swift",
     only: Annotated[list[str] | None, typer.Option(help="Time this model only and write nothing; repeatable.")] = None,
@@ -133,7 +133,7 @@ def trained(folder: Path, speed: Any) -> dict[str, Any]:
     }
 
 
-def study_training_cost(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
+def study_training_cost(dataset: Dataset, models: Models, training_speed: Result = None) -> dict[str, Any]:
     """What the published trainings cost, and which are missing."""
     lineages = published(models)
     old = outdated(lineages, dataset_digest(dataset), models)
@@ -177,7 +177,9 @@ def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | Non
     return (surrogate["fixed_seconds"] - solver["fixed_seconds"]) / saved if saved > 0.0 else None
 
 
-def study_amortisation(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
+def study_amortisation(
+    accuracy_cost: Result, dataset: Dataset, models: Models, training_speed: Result = None
+) -> dict[str, Any]:
     """After how many queries data set, training and predictions cost less than the solver."""
     tools, data = accuracy_cost["tools"], load_dataset(dataset)
     data_seconds = float(data.scalars["solver_seconds"].sum())

@@ -5,9 +5,8 @@ Tabor parameter. Two boxes side by side have the same input. With `--family`, a 
 """
 
 import textwrap
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -135,11 +134,7 @@ def draw_own(content: dict[str, Any], family: str) -> Figure:
     return drawn
 
 
-def compose(
-    architecture_graphs: Any,
-    *,
-    family: Annotated[str | None, typer.Option(help="Draw this family of the graphs alone.")] = None,
-) -> Figure | dict[str, Figure]:
+def compose(architecture_graphs: Any, family: str | None = None) -> Figure | dict[str, Figure]:
     """Draw the 18 paper models, or one family."""
     if family is not None:
         return {f"figure-architecture-{plain_name(family, 'a --family')}": draw_own(architecture_graphs, family)}

@@ -22,8 +22,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from experiments.__main__ import studies
+from experiments.common import read_result
 from experiments.paper_numbers import paper_claims, paper_rows, paper_values, stated
-from experiments.places import Places
 from experiments.trainings.ranking import by_paper_recipe
 
 VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable", "not yet")
@@ -71,13 +72,14 @@ class Results:
     """The result files; each is read on first use."""
 
     def __init__(self, results: Path, published: Path) -> None:
-        self.places = Places(results, published)
+        folders = published, published / "measurements", results / "studies"
+        self.paths = {path.stem: path for folder in folders for path in folder.glob("*.json")}
         self.read: dict[str, Any] = {}
 
     def content(self, name: str) -> Any:
         """Content of a result; `None` if its file does not exist."""
         if name not in self.read:
-            self.read[name] = self.places.read(name, "report") if self.places.path(name).is_file() else None
+            self.read[name] = read_result(self.paths[name]) if name in self.paths else None
         return self.read[name]
 
     def find(self, claim: dict[str, Any]) -> Any:
@@ -101,6 +103,15 @@ class Results:
                 return None
             found = found[int(key)] if isinstance(found, list) else found.get(key)
         return found
+
+
+def made_by_target(name: str) -> str:
+    """The command that makes a result."""
+    kind = studies()[name].split(".")[1]
+    if kind == "paper":
+        return "make report"
+    own = name in ("feature_sets", "data_efficiency", "ranking", "model_forces")
+    return f"make {'' if own else 'measure-'}{name.replace('_', '-')}"
 
 
 def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -> str:
@@ -137,10 +148,8 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
         lacking = next(place for place in places if results.at(place) is None)
-        made = (
-            f"`{claim['made_by']}` makes it" if "made_by" in claim else results.places.advice(lacking.partition(":")[0])
-        )
-        return Finding(claim, None, NOT_YET, f"{made}.", beside)
+        made_by = claim.get("made_by") or made_by_target(lacking.partition(":")[0])
+        return Finding(claim, None, NOT_YET, f"`{made_by}` makes it.", beside)
     found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
     return Finding(claim, ours, found, claim["why"], beside)
 

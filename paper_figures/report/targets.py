@@ -1,7 +1,5 @@
 """The table of REPRODUCING.md: what each figure and table shows."""
 
-from pathlib import Path
-
 from bem._support.wording import markdown_table
 from paper_figures.__main__ import captions
 

@@ -6,12 +6,11 @@ from itertools import combinations
 import pytest
 
 from bem.plots import COLOURS
-from experiments.places import Places
 from paper_figures.__main__ import modules
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
 from tests.paper_figures import printed
-from tests.processes import ROOT
+from tests.paper_figures.inputs import read_inputs
 
 LEAST = 6.5  # points
 APART = 10.0  # in CIELAB; two patches side by side differ from about 2
@@ -30,12 +29,12 @@ def test_what_there_is_is_drawn_and_fit_for_print(name, tmp_path):
     """From the results of this repository, as far as these are there; what is published is."""
     compose = import_module(modules()[name]).compose
     try:
-        results = Places(ROOT / "results", ROOT / "published").arguments(compose, name)
+        results = read_inputs(name)
     except FileNotFoundError as missing:
         if "/studies/" not in str(missing):
             raise
         pytest.skip(str(missing))
-    products = compose(**results)
+    products = compose(*results)
     products = products if isinstance(products, dict) else {name: products}
     assert products.keys() == SEVERAL.get(name, {name})
     for stem, product in products.items():

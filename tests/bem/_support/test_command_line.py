@@ -82,7 +82,10 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
         ("bem --sideways", "bem: No such option"),
         ("surrogate --sideways", "surrogate: No such option"),
         (f"bem simulate --tabor -1 {CYCLE}", "bem: tabor must be a finite number at least 1e-06"),
-        ("paper_figures table-quartiles --results nowhere", "python -m paper_figures table-quartiles: "),
+        (
+            "paper_figures table-quartiles no.json --out a.md",
+            "python -m paper_figures: result file 'no.json' not found",
+        ),
     ],
 )
 def test_a_mistake_exits_with_2_and_a_sentence_that_begins_with_the_name_of_the_command(words, sentence):

@@ -62,7 +62,7 @@ STARTS_AGAIN = "what is complete is kept, and the same command starts again"
 COMMANDS = {
     f"-m bem simulate --tabor 3 --peak-indentation 4000 {RAMPS} --accuracy reference --csv OUT/o.csv": "bem",
     f"-m surrogate predict M1-concat --tabor 1 --peak-indentation 10 --dwell-time 1 {RAMPS}": "surrogate",
-    "-m paper_figures figure-features --results OUT": "python -m paper_figures",
+    "-m paper_figures figure-5 a.json --out OUT/a.pdf": "python -m paper_figures",
 }
 
 

@@ -14,7 +14,6 @@ from experiments.measurements import accuracy_cost, cases, closed_forms, tools
 from experiments.measurements.cases import held_out
 from experiments.measurements.closed_forms import Form
 from experiments.measurements.statistics import force_error
-from experiments.places import Places
 from experiments.trainings import training_costs
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.prediction.files import PUBLISHED, weights_sha256
@@ -188,5 +187,3 @@ def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
     assert 12_450 < at < 13_000
     dear, cheap = training_costs.line("dear", "", 1.0, 2.0), training_costs.line("cheap", "", 0.0, 1.0)
     assert training_costs.break_even(dear, cheap) is None
-    with pytest.raises(FileNotFoundError, match="make measure-accuracy-cost"):
-        Places(published=tmp_path).arguments(training_costs.study_amortisation, "amortisation")

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import common, places
+from experiments import common
 from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.trainings.data_efficiency import share
 from experiments.trainings.data_efficiency import variants as shares
@@ -192,7 +192,7 @@ def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
     assert commands[0][:2] == ["train", "M1-concat"]
     assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
-    config = places.read_config("data_efficiency", common.CONFIGS / "data_efficiency.toml")
+    config = common.read_config(common.CONFIGS / "data_efficiency.toml")
     found = shares(config)
     assert len(found) == 36
     assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
@@ -209,8 +209,8 @@ def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
 
 @pytest.mark.parametrize("path", sorted((common.CONFIGS / "smoke").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_smoke_configuration_changes_keys_that_there_are(path, tmp_path):
-    usual = places.read_config(path.stem, common.CONFIGS / path.name)
-    assert places.read_config(path.stem, path).keys() == usual.keys()
-    (tmp_path / "other.toml").write_text("one = 1\n", encoding="utf-8")
+    usual = common.read_config(common.CONFIGS / path.name)
+    assert common.read_config(path).keys() == usual.keys()
+    (tmp_path / path.name).write_text("one = 1\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"must hold .* only; received one"):
-        places.read_config(path.stem, tmp_path / "other.toml")
+        common.read_config(tmp_path / path.name)

@@ -3,19 +3,20 @@
 import json
 import time
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.common import CONFIGS, MODELS, read_config, read_result
 from experiments.measurements import canonical_times
 from experiments.measurements import harness as timing
 from experiments.measurements.cases import Case
 from experiments.paper import adopted_settings, canonical_regimes, persson_brener
 from experiments.paper.inconsistencies import SLIPS
 from experiments.paper_numbers import paper_rows
-from experiments.places import CONFIGS, Places
 
 
 def test_the_settings_are_the_papers_own(monkeypatch):
@@ -27,7 +28,7 @@ def test_the_settings_are_the_papers_own(monkeypatch):
     assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
     assert found["radius_over_gap"] == 100.0
     monkeypatch.setattr(adopted_settings, "layers", dict)
-    found = adopted_settings.study(CONFIGS)["closed_forms"]
+    found = adopted_settings.study(read_config(CONFIGS / "feature_sets.toml"))["closed_forms"]
     assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
     rows = [dict.fromkeys(adopted_settings.QUANTITIES, value) for value in (1.0, 2.0)]
     monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
@@ -35,6 +36,7 @@ def test_the_settings_are_the_papers_own(monkeypatch):
         adopted_settings.crack_protocol()
 
 
+TIMES = Path("published/measurements/canonical_times.json")
 WAYS = ("solver", "keras_call", "predictor", "predictor_batch")
 
 
@@ -54,14 +56,13 @@ def test_measured_seconds_are_the_processors(tmp_path, monkeypatch):
 def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
     """Clocks on which every call takes longer than the one before, as on a machine that grows busier."""
     monkeypatch.setattr(canonical_regimes, "paper_rows", lambda name: paper_rows(name)[:2])
-    arguments = Places().arguments(canonical_regimes.study, "figure-6")
-    arguments["config"] |= {"accuracy": "draft"}
-    arguments["canonical_times"]["seconds"] = dict.fromkeys("12", dict.fromkeys(WAYS, 0.01))
-    found = canonical_regimes.study(**arguments)
+    config = read_config(CONFIGS / "canonical_regimes.toml") | {"accuracy": "draft"}
+    times = read_result(TIMES) | {"seconds": dict.fromkeys("12", dict.fromkeys(WAYS, 0.01))}
+    found = canonical_regimes.study(config, MODELS, times)
     hands = iter(np.cumsum(np.arange(10_000.0) ** 2).tolist())
     for name in ("perf_counter", "process_time", "monotonic"):
         monkeypatch.setattr(time, name, lambda: next(hands))
-    again = canonical_regimes.study(**arguments)
+    again = canonical_regimes.study(config, MODELS, times)
     assert json.dumps(again, default=np.ndarray.tolist) == json.dumps(found, default=np.ndarray.tolist)
     assert found["summary"]["median_keras_call_seconds"] == 0.01
     row = paper_rows("canonical_protocols")[0]
@@ -74,8 +75,8 @@ def test_published_seconds_cover_all_protocols_and_are_summed_up_by_medians(tmp_
     found = canonical_regimes.summary(regimes)
     assert (found["median_solver_seconds"], found["orders_of_magnitude"]) == pytest.approx((1, 1))
     with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
-        Places(tmp_path, tmp_path).arguments(canonical_regimes.study, "figure-6")
-    found = Places().read("canonical_times", "figure-6")
+        read_result(tmp_path / "measurements" / "canonical_times.json")
+    found = read_result(TIMES)
     assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
     assert all(set(one) == set(WAYS) for one in found["seconds"].values())
 

@@ -1,8 +1,10 @@
 """Where the solver has it hard, and where a simpler scene suffices, from made-up measurements."""
 
+from pathlib import Path
+
 import pytest
 
-from experiments.places import Places
+from experiments.common import read_result
 from paper_figures.measurements import figure_effects
 from paper_figures.style import drawing
 from paper_figures.tables import table_hard_cases, table_recommendations
@@ -46,7 +48,7 @@ def test_the_soak_is_shown_among_the_hard_cases():
 
 def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplified():
     axes = drawing.figure(height=2.0).subplots()
-    figure_effects.draw_stand_ins(axes, Places().read("effects", "figure-effects") | {"tolerance": 0.07})
+    figure_effects.draw_stand_ins(axes, read_result(Path("published/measurements/effects.json")) | {"tolerance": 0.07})
     assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)
     numbers = {"kept": 4, "cases": 20, "worst_error": 0.2, "simplified": 5, "by_estimate": 1, "slower": 1}
     row = {"sample": "paper", "quantity": "pull_off_force", "tolerance": 0.1, **numbers}

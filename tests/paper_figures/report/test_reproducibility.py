@@ -1,9 +1,11 @@
 """The numbers of the page for reviewers, from what is published, with other verdicts in it."""
 
+from pathlib import Path
+
 import pytest
 
+from experiments.common import read_result
 from experiments.paper.model_comparison import PAPER_TRAINED_INPUTS
-from experiments.places import Places
 from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
 from tests.experiments.models import write_model
@@ -11,7 +13,7 @@ from tests.experiments.models import write_model
 
 def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_result(tmp_path):
     """One order decided, and the others not, whatever is published by now."""
-    ranked = Places().read("ranking", "docs-numbers")
+    ranked = read_result(Path("published/ranking.json"))
     for pair in ranked["pairs"]:
         pair["probability"]["test_mse"] = 0.0 if pair["claim"] == "d_better_than_c" else None
     for name, claim in ranked["claims"].items():
@@ -32,7 +34,7 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
     ranked["claims"]["d_better_than_c"]["decision"] = "tie"
     assert reproducibility.changes_text(tmp_path, ranked).endswith("on: D better than C (fails; by seeds tie).")
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
-        Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
+        read_result(tmp_path / "model_forces.json")
 
 
 def test_the_orders_by_both_recipes_are_stated(tmp_path):

@@ -3,8 +3,8 @@ import re
 
 import pytest
 
+from experiments.__main__ import studies
 from experiments.paper_numbers import paper_claims, stated, with_stated
-from experiments.places import studies
 from experiments.trainings.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report

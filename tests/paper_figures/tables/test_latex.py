@@ -6,9 +6,8 @@ from importlib import import_module
 
 import pytest
 
-from experiments.places import Places
 from paper_figures.__main__ import modules, save
-from tests.processes import ROOT
+from tests.paper_figures.inputs import read_inputs
 
 PACKAGES = r"\usepackage[textwidth=180mm]{geometry}\usepackage{booktabs,tabularx}"
 HEAD = rf"\documentclass[a4paper]{{article}}{PACKAGES}\begin{{document}}"
@@ -21,11 +20,11 @@ def test_the_tables_compile_within_the_width_of_the_text(tmp_path, monkeypatch):
     for name, module in modules().items():
         try:
             composed = import_module(module).compose
-            results = Places(ROOT / "results", ROOT / "published").arguments(composed, name)
+            results = read_inputs(name)
         except FileNotFoundError:
             continue
         if name != "figure-architectures" and ("tables" in module or "dict" in str(composed.__annotations__["return"])):
-            save(composed(**results), name, tmp_path, tmp_path)
+            save(composed(*results), tmp_path / f"{name.removeprefix('table-')}.md")
     names = sorted(path.stem for path in tmp_path.glob("*.tex"))
     assert len(names) > 10
     body = "\n".join(rf"\input{{{name}}}\clearpage" for name in names)

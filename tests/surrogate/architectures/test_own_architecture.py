@@ -91,10 +91,8 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     own("predict", "Own-1-concat", *protocol, "--unloading-rate", "10")
 
     files = [str(tmp_path / "own.py")]
-    with pytest.raises(ValueError, match=r"--out must name another file for the graphs of .*own\.py; received"):
-        architecture_graphs.study(tmp_path / "architecture_graphs.json", architecture=files)
-    graphs = architecture_graphs.study(tmp_path / "own.json", architecture=files)
-    save(figure_architectures.compose(graphs, family="Own-1"), "", tmp_path, tmp_path)
+    graphs = architecture_graphs.study(architecture=files)
+    save(figure_architectures.compose(graphs, family="Own-1"), tmp_path / "mine.pdf")
     assert (tmp_path / "figure-architecture-Own-1.pdf").stat().st_size > 1000
     with pytest.raises(ValueError, match=r"family must be one of Own-1; .*'M1'"):
         figure_architectures.compose(graphs, family="M1")
