@@ -158,18 +158,19 @@ LASTING = $(addprefix --epochs ,$(EPOCHS))
 PAPER_RECIPE = $(addprefix -,$(filter paper,$(RECIPE)))
 TRAINING = --dataset $(DATASET) --threads 1 --runs $(OUT)/training --models $(MODELS)
 models: $(ONLY:%=model-%)  ## Train and publish the models that are not published yet; -j2 trains two at a time (hours; RECIPE=paper: days, as MODEL-paper)
-$(ONLY:%=model-%): MODEL = $*
+$(ONLY:%=model-%): NAME = $*
 $(ONLY:%=model-%): LABEL = $*$(PAPER_RECIPE)
 $(ONLY:%=model-%): HOW = --recipe $(RECIPE) $(LASTING)
 
 # Models besides the 18: MODEL trained in another way. Inputs C have the least error of A to D.
 MODEL ?= M1-concat
 BESIDE := $(addprefix model-,paper-recipe as-worded inputs-a inputs-b inputs-c large 8-epochs 15-epochs 60-epochs)
+NAME = $(MODEL)
 LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
 # Each in a folder of its own, unless it is published. Trainings at a time list their files one after the other.
 $(ONLY:%=model-%) $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
-	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(MODEL) --label $(LABEL) $(HOW) $(TRAINING)
+	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(NAME) --label $(LABEL) $(HOW) $(TRAINING)
 	flock $(PUBLISHED) $(SUMS) $(MODELS)/$(LABEL)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(LASTING)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)

@@ -116,6 +116,8 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
     }
     another = commands("model-paper-recipe", "MODEL=M3-FiLM", f"PUBLISHED={tmp_path}")
     assert "surrogate train M3-FiLM --label M3-FiLM-paper --recipe paper " in another
+    eighteen = commands("models", "MODEL=M3-FiLM", "ONLY=M1-FiLM", "RECIPE=paper", f"PUBLISHED={tmp_path}")
+    assert "surrogate train M1-FiLM --label M1-FiLM-paper --recipe paper " in eighteen
     worded = commands("model-as-worded", f"PUBLISHED={tmp_path}")
     assert "surrogate train M1-concat --label M1-concat-as-worded --recipe paper-as-worded " in worded
 

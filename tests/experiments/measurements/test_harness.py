@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.measurements import harness
-from experiments.measurements.harness import Clock, plain, stated
+from experiments.measurements.harness import Clock, plain
 from experiments.measurements.statistics import force_error, spread
 
 
@@ -98,12 +98,6 @@ def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
 
     assert harness.in_turn({"a": (called("a"), 1), "b": (called("b"), 2)}, 3) == {"a": 1.0, "b": 0.5}
     assert order[:4] == [("a", 0), ("b", 0), ("a", 0), ("b", 0)]  # the first round is not counted
-
-
-def test_a_measurement_states_its_options_but_paths_and_what_changes_no_result(tmp_path):
-    options = {"some_count": 5, "name": ["a", "b"], "jobs": 2, "fast": True, "slow": False}
-    options |= {"folder": tmp_path, "of": None}
-    assert " ".join(stated(options)) == "--some-count 5 --name a --name b --fast"
 
 
 def test_only_a_measurement_may_hold_what_is_not_a_number_and_what_is_kept_is_not_computed_again(clock, tmp_path):
