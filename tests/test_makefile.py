@@ -148,7 +148,8 @@ def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
 def test_models_are_trained_two_at_a_time(status, tmp_path):
     """Programs stand in for Python and `surrogate`, which publishes once the other training has begun, too."""
     (tmp_path / "bin").mkdir()
-    both = f"until [ -e {tmp_path}/M1-FiLM -a -e {tmp_path}/M1-concat ]; do sleep 0.05; done"
+    begun = f"[ -e {tmp_path}/M1-FiLM -a -e {tmp_path}/M1-concat ]"
+    both = f"for _ in $(seq 200); do {begun} && break; sleep 0.05; done; {begun} || exit 9"
     train = f"touch {tmp_path}/$2; {both}; mkdir -p {tmp_path}/models/$2; exit {status}"
     for name, words in (("surrogate", train), ("python", f'echo "$@" >> {tmp_path}/noted')):
         (tmp_path / "bin" / name).write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
