@@ -31,7 +31,7 @@ from bem.cli.arguments import (
 )
 
 MODEL = (
-    "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
+    "hertz, cone, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
     "describes the curve."
 )
 STIFFNESS = (
@@ -54,7 +54,7 @@ LargestTabor = Annotated[float, option("Above this Tabor parameter an effective,
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
-ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
+ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
 HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
     "Its modulus ratio is held where --free leaves it out; a Prony series always is, and its times are in seconds "

@@ -136,8 +136,8 @@ def require_options(
     """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
     if model != AUTO and model not in LADDER:
         raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
-    if model in ("cone", "pyramid") and half_angle is None:
-        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+    if model == "cone" and half_angle is None:
+        raise ValueError("half_angle must be given for a cone; received None")
     if segment not in get_args(Segment):
         raise ValueError(f"segment must be one of {', '.join(get_args(Segment))}; received {shown(segment)}")
     if within is not None:
@@ -223,7 +223,7 @@ class Climb:
         return (other, drifting) if better else (self, best)
 
     def climb(self, solver: bool = True) -> Fitted:
-        """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
+        """The simplest model that the next rung does not improve on."""
         if self.data.setup.half_angle is not None:
             return self.rung("cone")
         hertz = self.rung("hertz")

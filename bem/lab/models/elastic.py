@@ -1,4 +1,4 @@
-"""Elastic models, whose tension depends on the depth alone: Hertz, cone, pyramid, DMT, JKR and Maugis-Dugdale.
+"""Elastic models, whose tension depends on the depth alone: Hertz, cone, DMT, JKR and Maugis-Dugdale.
 
 Spheres are parabolic: their contact is small beside the radius. JKR in full, with a the contact radius: depth a^2/R -
 sqrt(2 pi w a / E*), tension sqrt(8 pi w E* a^3) - (4/3) E* a^3 / R. Its Tabor parameter is above 5, that of DMT below
@@ -50,15 +50,9 @@ def hertz(values: Values, setup: Setup, deepest: float) -> Curve:
 def cone(values: Values, setup: Setup, deepest: float) -> Curve:
     """Force (2/pi) E* tan(alpha) depth^2, large beside the radius: Sneddon, Int. J. Eng. Sci. 3 (1965) 47."""
     if setup.half_angle is None:
-        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+        raise ValueError("half_angle must be given for a cone; received None")
     depth, slope = deepest * TABLE, float(np.tan(np.radians(setup.half_angle)))
     return depth, -2.0 / np.pi * contact_modulus(values, setup) * slope * depth**2
-
-
-def pyramid(values: Values, setup: Setup, deepest: float) -> Curve:
-    """Force 0.7453 E* tan(alpha) depth^2, alpha between a face and the axis: Bilodeau, J. Appl. Mech. 59 (1992) 519."""
-    depth, force = cone(values, setup, deepest)
-    return depth, 0.7453 * np.pi / 2.0 * force
 
 
 def dmt(values: Values, setup: Setup, deepest: float) -> Curve:
@@ -106,7 +100,6 @@ def _model(name: str, title: str, branch: Callable[[Values, Setup, float], Curve
 MODELS = (
     _model("hertz", "Hertz: elastic sphere without adhesion", hertz),
     _model("cone", "Sneddon: elastic cone without adhesion", cone),
-    _model("pyramid", "Bilodeau: elastic pyramid without adhesion", pyramid),
     _model("dmt", "DMT: elastic sphere with long-ranged adhesion", dmt, ADHESION),
     _model("jkr", "JKR: elastic sphere with short-ranged adhesion", jkr, ADHESION),
     _model("maugis", "Maugis-Dugdale: elastic sphere between DMT and JKR", maugis, ADHESION, TABOR),

@@ -280,7 +280,7 @@ CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
         ({"free": ("force_offset",)}, "with or without force_offset, tilt, drag and drift; received 'force_offset'"),
         ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
         ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
-        ({"model": "cone"}, "half_angle must be given for a cone or a pyramid"),
+        ({"model": "cone"}, "half_angle must be given for a cone"),
         ({"weight_near": "-1 um"}, "weight_near must be a finite number at least 0; received -1e-06"),
         ({"accuracy": "foo"}, "accuracy must be .*received 'foo'"),
         ({"segment": "middle"}, "segment must be one of both, approach, retract; received 'middle'"),
