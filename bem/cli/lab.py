@@ -53,7 +53,6 @@ Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
 LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
-WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
 HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
@@ -183,7 +182,6 @@ def fit(
     model: ModelName = "auto",
     segment: Segment = "both",
     within: Range = None,
-    weight_near: Annotated[str, option(WEIGHT)] = "0",
     half_angle: Annotated[float | None, option(ANGLE)] = None,
     free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
     modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
@@ -213,7 +211,7 @@ def fit(
     known |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
     known = {name: value for name, value in known.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
-    options = {"model": model, "segment": segment, "within": _range(within), "weight_near": weight_near}
+    options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
         measured = ForceCurve.read(curve, force_sign=force_sign, **how)

@@ -2,7 +2,7 @@
 
 The files are those that ship with the source distributions of nanite and afmformats, unpacked into a folder. nanite is
 installed in an environment of its own, whose Python is given; it fits a parabolic indenter of the same radius to the
-approach. `fit` climbs its ladder, and fits Hertz to the approach with nanite's weights for the comparison.
+approach. `fit` climbs its ladder, and fits Hertz to the approach for the comparison.
 """
 
 import json
@@ -53,7 +53,7 @@ def curve_of(path: Path, number: int, curve: Any) -> dict[str, Any]:
             best = fit(measured, setup)
         found |= {"model": best.model, "adequate": best.adequate, "misfit": best.misfit, "seconds": CLOCK.seconds}
         with CLOCK:
-            hertz = fit(measured, setup, model="hertz", segment="approach", weight_near=5e-7)
+            hertz = fit(measured, setup, model="hertz", segment="approach")
         low, high = hertz.intervals["relaxed_modulus"]
         found |= {"hertz": hertz.values["relaxed_modulus"], "low": low, "high": high, "hertz_seconds": CLOCK.seconds}
     except (ValueError, FitError) as error:

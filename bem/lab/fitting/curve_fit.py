@@ -19,7 +19,7 @@ from typing import get_args
 
 import numpy as np
 
-from bem._support.validation import FloatArray, finite_number, instance
+from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
 from bem.lab.contact_point import FEWEST, STANDS_OUT
@@ -57,7 +57,6 @@ def fit(
     model: str = AUTO,
     segment: Segment = "both",
     within: tuple[Quantity | None, Quantity | None] | None = None,
-    weight_near: Quantity = 0.0,
     accuracy: str | float = "standard",
     report: Callable[[int, float], None] | None = None,
 ) -> FitResult:
@@ -74,8 +73,6 @@ def fit(
         segment: "approach", "retract" or "both": the points that count.
         within: lowest and highest indentation, as lengths, or lowest and highest compression, as forces such as
             "2 nN", of the points in contact that count.
-        weight_near: distance from the contact point, in m, within which the spread over windows of depth counts points
-            less, as nanite does.
         accuracy: of the solver, as for `bem.simulate`.
         report: called with the number of evaluations so far and the misfit in standard deviations of the noise.
 
@@ -88,7 +85,6 @@ def fit(
     """
     instance("curve", curve, (ForceCurve,))
     require_options(instance("setup", setup, (Setup,)).half_angle, model, segment, within)
-    near = finite_number("weight_near", to_si("weight_near", weight_near, "length"), low=0.0)
     resolve_accuracy(accuracy)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
@@ -115,7 +111,7 @@ def fit(
     if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     if not best.adequate and setup.half_angle is None:
-        windows = windows_of_depth(data, start, near)
+        windows = windows_of_depth(data, start)
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)
@@ -171,19 +167,14 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
     return dataclasses.replace(data, weights=data.weights * (inside | apart))
 
 
-def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on.
-
-    Points nearer to the contact point than `weighted` (m) count less, in proportion to it, as nanite weights them.
-    """
+def windows_of_depth(data: Measurement, start: dict[str, float]) -> list[float]:
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on."""
     depth = data.depth
     number = np.arange(depth.size)
-    away = np.abs(data.place - start["contact_point"])
-    near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
     found = []
     for share in WINDOWS:
         counts = (number <= data.top) & (depth <= share * float(depth.max()))
-        part = dataclasses.replace(data, weights=near * counts)
+        part = dataclasses.replace(data, weights=counts.astype(float))
         problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
         fitted = problem.run(np.zeros(2)).at_its_bounds()
         # Without a force the modulus is any small number, down to its bound.

@@ -281,7 +281,6 @@ CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
         ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
         ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
         ({"model": "cone"}, "half_angle must be given for a cone"),
-        ({"weight_near": "-1 um"}, "weight_near must be a finite number at least 0; received -1e-06"),
         ({"accuracy": "foo"}, "accuracy must be .*received 'foo'"),
         ({"segment": "middle"}, "segment must be one of both, approach, retract; received 'middle'"),
         ({"within": ("1 kg", None)}, "range must be a force, in a unit such as N; received the unit 'kg'"),
