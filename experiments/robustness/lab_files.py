@@ -54,8 +54,7 @@ def curve_of(path: Path, number: int, curve: Any) -> dict[str, Any]:
         found |= {"model": best.model, "adequate": best.adequate, "misfit": best.misfit, "seconds": CLOCK.seconds}
         with CLOCK:
             hertz = fit(measured, setup, model="hertz", segment="approach")
-        low, high = hertz.intervals["relaxed_modulus"]
-        found |= {"hertz": hertz.values["relaxed_modulus"], "low": low, "high": high, "hertz_seconds": CLOCK.seconds}
+        found |= {"hertz": hertz.values["relaxed_modulus"], "hertz_seconds": CLOCK.seconds}
     except (ValueError, FitError) as error:
         found["reason"] = str(error)
     return found
@@ -110,14 +109,13 @@ def beside_text(lab_files: Any) -> str:
                 continue
             verdict = "adequate" if ours["adequate"] else "no model adequate"
             said = f"{ours['model']}, {verdict} ({ours['seconds']:.2g} s)"
-            spread = f"{readable(ours['low'], 'Pa')} to {readable(ours['high'], 'Pa')}"
             name = entry["file"].removeprefix("fmt-jpk-fd_")
             rating = f"{theirs.get('rating', float('nan')):.1f}"
-            moduli = (readable(ours["hertz"], "Pa"), spread, readable(theirs["modulus"], "Pa"))
+            moduli = (readable(ours["hertz"], "Pa"), readable(theirs["modulus"], "Pa"))
             seconds = (f"{ours['hertz_seconds']:.2f}", f"{theirs['seconds']:.2f}")
             rows.append([f"{name}, {ours['number']}", *moduli, *seconds, said, rating])
-    header = ["file, curve", "Hertz here", "interval, or spread over depth", "nanite", "CPU s here", "CPU s nanite"]
-    return markdown_table([*header, "the ladder says (CPU s)", "nanite's rating, of 10"], rows, "lrrrrrlr")
+    header = ["file, curve", "Hertz here", "nanite", "CPU s here", "CPU s nanite"]
+    return markdown_table([*header, "the ladder says (CPU s)", "nanite's rating, of 10"], rows, "lrrrrlr")
 
 
 def study(

@@ -22,7 +22,7 @@ import numpy as np
 from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
-from bem.lab.contact_point import FEWEST, STANDS_OUT
+from bem.lab.contact_point import FEWEST
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
@@ -45,8 +45,6 @@ _HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in on
 _TWINS = ("dmt", "jkr")
 _ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
 _ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
-WINDOWS = (0.5, 0.65, 0.8, 1.0)
-"""Shares of the depth over which Hertz is fitted to the approach."""
 
 
 def fit(
@@ -107,17 +105,15 @@ def fit(
         climb, best = climb.finished(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    sentences, windows, zero = [], [], False
+    sentences, zero = [], False
     if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
-    if not best.adequate and setup.half_angle is None:
-        windows = windows_of_depth(data, start)
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
-    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), windows, sentences)
+    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), sentences)
     if zero:  # the ends of the contact are chosen, which finds a little adhesion in any noise
         result.intervals["work_of_adhesion"] = (0.0, result.intervals["work_of_adhesion"][1])
     return result
@@ -165,22 +161,6 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
             f"the range must hold {FEWEST} points in contact; received {shown(within)}, which holds {count}"
         )
     return dataclasses.replace(data, weights=data.weights * (inside | apart))
-
-
-def windows_of_depth(data: Measurement, start: dict[str, float]) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on."""
-    depth = data.depth
-    number = np.arange(depth.size)
-    found = []
-    for share in WINDOWS:
-        counts = (number <= data.top) & (depth <= share * float(depth.max()))
-        part = dataclasses.replace(data, weights=counts.astype(float))
-        problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
-        fitted = problem.run(np.zeros(2)).at_its_bounds()
-        # Without a force the modulus is any small number, down to its bound.
-        if not fitted.at_bound and -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
-            found.append(fitted.values["relaxed_modulus"])
-    return found
 
 
 @dataclass

@@ -224,18 +224,15 @@ def test_adhesion_that_noise_nearly_hides_is_named_beside_hertz():
         assert result.intervals["relaxed_modulus"][0] < 3e4 < result.intervals["relaxed_modulus"][1]
 
 
-def test_a_curve_that_no_model_describes_is_said_with_the_spread_over_depth():
+def test_no_interval_where_no_model_is_adequate():
     """Hertz on a solid that is ten times stiffer from a depth on."""
     depth = 1e-6 * loop(500)
     press = np.maximum(depth, 0.0) ** 1.5 * (1.0 + 10.0 * np.maximum(depth - 0.5e-6, 0.0) / 1e-6)
     curve = over_time(depth, -press + 1e-12 * np.random.default_rng(0).standard_normal(1000))
     result = fit(curve, Setup(radius=1e-5, work_of_adhesion=1e-6, relaxed_modulus=1e3), model="hertz")
     assert not result.adequate
-    low, high = result.intervals["relaxed_modulus"]
-    assert low == pytest.approx(0.75 * 0.75 / np.sqrt(1e-5), rel=0.1)
-    assert high > 1.2 * low
-    assert result.intervals["contact_point"] == (-np.inf, np.inf)
-    assert all(words in result.summary() for words in ("No model is adequate", "over windows of depth"))
+    assert set(result.intervals.values()) == {(-np.inf, np.inf)}
+    assert all(words in result.summary() for words in ("No model is adequate", "no interval"))
 
 
 @pytest.mark.parametrize("segment", ["approach", "retract"])
