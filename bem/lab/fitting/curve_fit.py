@@ -27,7 +27,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
-from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
+from bem.lab.fitting.simulated import followed, memories, search
 from bem.lab.models import CONTACT_POINT, LADDER, LINEAR, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -105,15 +105,12 @@ def fit(
         climb, best = climb.finished(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    sentences, zero = [], False
-    if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
-        sentences.append(bias_of_range(best))
+    zero = False
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)
-    if zero:
-        sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
-    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), sentences)
+    said = ["Hertz describes the curve as well: the work of adhesion may be zero."] if zero else []
+    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), said)
     if zero:  # the ends of the contact are chosen, which finds a little adhesion in any noise
         result.intervals["work_of_adhesion"] = (0.0, result.intervals["work_of_adhesion"][1])
     return result
