@@ -30,10 +30,7 @@ from bem.cli.arguments import (
     write,
 )
 
-MODEL = (
-    "hertz, cone, dmt, jkr, ting, ting_power_law or solver; auto climbs from the simplest to one that "
-    "describes the curve."
-)
+MODEL = "hertz, cone, dmt, jkr, ting or solver; auto climbs from the simplest to one that describes the curve."
 STIFFNESS = (
     "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
 )

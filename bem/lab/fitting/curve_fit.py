@@ -42,8 +42,6 @@ _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are l
 _SLIGHT = 0.8  # modulus ratio with which they are
 _HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
-_RELAXING = ("ting", "ting_power_law")  # an approach alone does not tell these from adhesion either
-_ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
 
 
 def fit(
@@ -178,7 +176,7 @@ class Climb:
         drift[: len(best.problem), 0] = data.columns["drift"] * data.weights / data.noise
         called = best.calls_for(drift)
         # Relaxation takes up a drift, so that its residuals need not call for it.
-        sought = called or (model == AUTO and (not best.adequate or best.model.name in (*_RELAXING, "solver")))
+        sought = called or (model == AUTO and (not best.adequate or best.model.name in ("ting", "solver")))
         if self.free is not None or not sought or not data.shows_drift:
             return self, best
         other = dataclasses.replace(self, fits={}, drift=True)
@@ -203,9 +201,6 @@ class Climb:
         relaxes |= self.held and not adheres
         if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
-        still = adheres and self.best().model.adhesive
-        if "ting" in self.fits and (one_way or not still) and not self.held:
-            self.rung("ting_power_law")
         if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
@@ -235,8 +230,8 @@ class Climb:
         Hertz has adhesion beside it that fits better than chance allows, and not yet as much as the criterion asks for.
         """
         judge = self._closest()
-        families = (_TWINS + _RELAXING,) if self.data.one_way else (_TWINS, _RELAXING)
-        names, more = next((each for each in families if best.model.name in each), ()), _ALIKE
+        family = (*_TWINS, "ting") if self.data.one_way else _TWINS  # an approach alone does not tell Ting either
+        names, more = family if best.model.name in family else (), _ALIKE
         if best.model.name == "hertz":
             names, more = _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN
         others = [each for each in self._standing() if each.model.name in names and each is not best]
@@ -273,11 +268,9 @@ class Climb:
 
     def _standing(self) -> list[Fitted]:
         """The rungs without those whose memory vanishes at the end of its range, unless there is no other."""
-
-        def relaxes(each: Fitted) -> bool:
-            return all(abs(each.values[name] - _ELASTIC[name]) >= 0.01 for name in _ELASTIC.keys() & each.at_bound)
-
-        return [each for each in self.fits.values() if relaxes(each)] or list(self.fits.values())
+        elastic = [each for each in self.fits.values() if "modulus_ratio" in each.at_bound]
+        elastic = [each for each in elastic if each.values["modulus_ratio"] > 0.99]
+        return [each for each in self.fits.values() if each not in elastic] or list(self.fits.values())
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""
@@ -286,7 +279,6 @@ class Climb:
         largest = float(np.max(self.data.tension[self.data.weights > 0.0])) - self.data.baseline
         start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.setup.radius)
         start |= {"modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
-        start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
         return start
 
     def _relaxes(self, fitted: Fitted) -> bool:

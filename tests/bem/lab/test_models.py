@@ -17,8 +17,6 @@ VALUES = {
     "work_of_adhesion": 0.05,
     "modulus_ratio": 0.3,
     "retardation_time": 0.2,
-    "modulus_at_1s": 1e6,
-    "exponent": 0.2,
     "contact_point": 0.0,
 }
 
@@ -59,17 +57,6 @@ def test_ting_is_hertz_where_nothing_relaxes_and_lags_where_it_does():
     relaxing = -LADDER["ting"].tension(VALUES, path)
     assert relaxing.max() > 1.4 * np.abs(hertz).max()
     assert np.flatnonzero(relaxing)[-1] < np.flatnonzero(hertz)[-1]
-
-
-@pytest.mark.parametrize(("exponent", "points"), [(0.2, 2001), (0.2, 101), (0.6, 401)])
-def test_the_power_law_presses_as_its_integral_does(exponent, points):
-    """Under a ramp of depth^(3/2) the force is E1 t^(1 - exponent) / (1 - exponent)."""
-    time = np.linspace(0.0, 1.0, points)
-    path = Path(time, 1e-6 * np.cbrt(time) ** 2, SETUP)
-    force = -LADDER["ting_power_law"].tension(VALUES | {"exponent": exponent}, path)
-    slope = 4.0 / 3.0 * 1e6 / 0.75 * np.sqrt(1e-5) * 1e-9
-    late = time > 0.1
-    np.testing.assert_allclose(force[late], slope * time[late] ** (1.0 - exponent) / (1.0 - exponent), rtol=0.002)
 
 
 def test_a_row_of_elements_lets_go_and_is_pressed_again():
