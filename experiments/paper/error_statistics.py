@@ -12,22 +12,11 @@ from scipy.stats import spearmanr
 
 from experiments.common import ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
+from experiments.run_folders import read_csv
 from surrogate.training.identity import read_identity
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
-
-
-def read_errors(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a `test_errors.csv`, or of another table of numbers that a training writes.
-
-    Raises:
-        FileNotFoundError: The file does not exist.
-    """
-    if not path.is_file():
-        raise FileNotFoundError(f"no errors of a trained model at {str(path)!r}; `surrogate train` writes them")
-    names, *rows = path.read_text(encoding="utf-8").splitlines()
-    return dict(zip(names.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
 
 
 def quartile_of(mse: np.ndarray) -> np.ndarray:
@@ -81,7 +70,7 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
         FileNotFoundError: A file does not exist.
         ValueError: The model was trained on another data set, or the errors are of other trajectories.
     """
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_csv(folder / "test_errors.csv")
     require_dataset(folder, dataset)
     held_out = read_identity(folder).split.test
     if not np.array_equal(errors["trajectory"], held_out):

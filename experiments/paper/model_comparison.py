@@ -12,8 +12,8 @@ from typing import Any
 
 from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
-from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
+from experiments.run_folders import read_csv
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
@@ -33,7 +33,7 @@ PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, on
 
 def read_history(path: Path) -> dict[str, list[float]]:
     """Epochs, learning rates, errors and core seconds of a `history.csv`, as columns."""
-    found, names = read_errors(path), ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds")
+    found, names = read_csv(path), ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds")
     return {name: found[name].tolist() for name in names}
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from bem._support.text_files import read_json
 from experiments import common
 from experiments.measurements.harness import progress
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_csv
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling, symlog
 
@@ -35,7 +35,7 @@ def forces_agree(folder: Path, data: TrajectoryDataset, train: np.ndarray) -> bo
 
 def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     """Relative difference between the recorded mean test MSE and that of the model's weights on a data set."""
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_csv(folder / "test_errors.csv")
     indices = errors["trajectory"].astype(int)
     trained = common.load_surrogate(folder.name, folder.parent)
     force = common.predicted(trained, *data.grid(indices), data.protocols["tabor"][indices])

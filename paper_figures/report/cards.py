@@ -24,7 +24,7 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
 from experiments.measurements.cases import regions
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_csv
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows
 
@@ -50,7 +50,7 @@ def spread(values: np.ndarray) -> str:
 def model_card(folder: Path, dataset: Dataset) -> str:
     """The card of one published model, in Markdown, with a table of its errors by region."""
     run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_csv(folder / "test_errors.csv")
     rows = np.searchsorted(dataset.columns["index"], errors["trajectory"])
     source = f"the training part of the {len(dataset):,} of `published/dataset.h5`"
     if run["extra_dataset_sha256"]:

@@ -83,7 +83,7 @@ def test_the_best_number_of_steps_errs_least(monkeypatch):
 
 def test_what_is_missing_names_the_command(tmp_path, dataset):
     with pytest.raises(FileNotFoundError, match="surrogate train"):
-        error_statistics.read_errors(tmp_path / "absent.csv")
+        error_statistics.read_csv(tmp_path / "absent.csv")
     with pytest.raises(FileNotFoundError, match="make models"):
         model_comparison.study(tmp_path, dataset)
 

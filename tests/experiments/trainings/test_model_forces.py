@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bem._support.text_files import read_json
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_csv, read_trainings
 from experiments.trainings import model_forces
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.files import PUBLISHED
 
 ROOT = PUBLISHED.parent
-SEEDS = sorted(path.parent for path in ROOT.glob("seeds/*/seed-*/run.json"))
+SEEDS = read_trainings(ROOT / "seeds.h5")
 SUMS = (ROOT / "SHA256SUMS").read_text(encoding="utf-8").split()
 MODELS = sorted(path.parent for path in ROOT.glob("models/*/run.json") if f"models/{path.parent.name}/run.json" in SUMS)
 
@@ -48,13 +48,22 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
     np.testing.assert_allclose(Scaling.load(folder / "scaling.json").force, [values.mean(), values.std()], rtol=1e-3)
 
 
-@pytest.mark.parametrize("folder", [*MODELS, *SEEDS], ids=label)
-def test_the_errors_are_of_the_shared_test_part_and_the_summary_is_theirs(folder, split):
-    errors, summary = read_errors(folder / "test_errors.csv"), read_json(folder / "metrics.json")["test"]
+def require_own_summary(errors, summary, split):
     assert errors["trajectory"].tolist() == split["test"]
     for name, found in summary.items():
         wanted = [errors[name].mean(), *np.percentile(errors[name], [50, 90, 100])]
         np.testing.assert_allclose(list(found.values()), wanted, rtol=1e-5, err_msg=name)
+
+
+@pytest.mark.parametrize("folder", MODELS, ids=label)
+def test_a_summary_is_of_the_models_errors(folder, split):
+    errors = read_csv(folder / "test_errors.csv")
+    require_own_summary(errors, read_json(folder / "metrics.json")["test"], split)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_summary_is_of_the_seeds_errors(seed, split):
+    require_own_summary(SEEDS[seed]["test_errors"], SEEDS[seed]["metrics"]["test"], split)
 
 
 @pytest.mark.parametrize("backend", [pytest.param("keras", marks=pytest.mark.slow), "onnx"])

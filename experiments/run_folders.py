@@ -1,0 +1,105 @@
+"""The records of many trainings in one HDF5 file: errors on each test trajectory, learning curve, and settings.
+
+`published/seeds.h5` holds the seeds of each model, in groups `MODEL/seed-S`. A group has the tables `test_errors` and
+`history`, of shape (rows, columns), whose attribute `columns` names the columns; its attributes `run`, `metrics` and
+`recipe` are JSON text.
+
+Usage: `python -m experiments.run_folders FILE FOLDER ...` adds the folders that `surrogate train MODEL --seed S
+--label MODEL-seed-S` wrote, or replaces their groups.
+"""
+
+import argparse
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from bem._support.outputs import whole_file
+from bem._support.text_files import read_json, read_toml
+
+TABLES = ("history", "test_errors")
+
+
+def read_csv(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a table of numbers that a training writes, by name.
+
+    Raises:
+        FileNotFoundError: The file does not exist.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"no table of a trained model at {str(path)!r}; `surrogate train` writes it")
+    names, *rows = path.read_text(encoding="utf-8").splitlines()
+    return dict(zip(names.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
+
+
+def read_training(folder: Path) -> dict[str, Any]:
+    """Tables and settings of a training from its folder, by name.
+
+    Raises:
+        ValueError: A file is missing or damaged.
+    """
+    try:
+        settings = {name: read_json(folder / f"{name}.json") for name in ("run", "metrics")}
+        settings["recipe"] = read_toml(folder / "recipe.toml")
+        return settings | {name: read_csv(folder / f"{name}.csv") for name in TABLES}
+    except (OSError, ValueError) as error:
+        raise ValueError(f"expected a complete training; received {str(folder)!r} ({error!r:.100})") from error
+
+
+def read_trainings(file: Path) -> dict[str, dict[str, Any]]:
+    """Tables and settings of every seed in a file, by `MODEL/seed-S`; none if the file does not exist."""
+    if not file.is_file():
+        return {}
+    with h5py.File(file) as content:
+        groups = {f"{model}/{seed}": group for model, seeds in content.items() for seed, group in seeds.items()}
+        return {
+            name: {key: json.loads(text) for key, text in group.attrs.items()}
+            | {table: _columns(group[table]) for table in TABLES}
+            for name, group in groups.items()
+        }
+
+
+def _columns(table: h5py.Dataset) -> dict[str, np.ndarray]:
+    return dict(zip(table.attrs["columns"], table[:].T, strict=True))
+
+
+def add_tables(content: h5py.File, name: str, training: dict[str, Any]) -> h5py.Group:
+    """Write the tables of a training as the group `name`, in place of a group of this name."""
+    if name in content:
+        del content[name]
+    group = content.create_group(name)
+    for table in TABLES:
+        rows = np.column_stack(list(training[table].values()))
+        group.create_dataset(table, data=rows, compression="gzip", shuffle=True).attrs["columns"] = list(
+            training[table]
+        )
+    return group
+
+
+def add_seeds(file: Path, folders: list[Path]) -> None:
+    """Add the trainings of `folders` to a file, each by its label and seed, all or none.
+
+    Raises:
+        ValueError: A training is not complete.
+    """
+    with whole_file(file) as part:
+        if file.is_file():
+            shutil.copyfile(file, part)
+        with h5py.File(part, "a") as content:
+            for folder in folders:
+                training = read_training(folder)
+                seed = f"seed-{training['run']['seed']}"
+                name = f"{training['run']['name'].removesuffix(f'-{seed}')}/{seed}"
+                group = add_tables(content, name, training)
+                group.attrs.update({key: json.dumps(training[key]) for key in ("run", "metrics", "recipe")})
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
+    arguments = parser.parse_args()
+    add_seeds(arguments.file, arguments.folders)
