@@ -23,6 +23,7 @@ PLACES := --results $(OUT) --published $(PUBLISHED)
 SUMS := $(PY) tools/sums.py $(PUBLISHED)
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
+GATHER := $(PY) -m experiments.run_folders $(MODELS)
 M1 := $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
 MEASURED := $(PUBLISHED)/measurements
 SOLVER := bem/solver/version.py
@@ -98,7 +99,7 @@ $(addprefix $(S)/,dataset_examples.json canonical_regimes.json persson_brener.js
 $(addprefix $(S)/,dataset_statistics.json error_statistics.json fms_transfer.json model_comparison.json inconsistencies.json): $(DATASET)
 $(addprefix $(S)/,canonical_regimes.json persson_brener.json error_statistics.json fms_transfer.json): $(M1)
 $(S)/canonical_regimes.json: $(MEASURED)/canonical_times.json
-$(S)/error_statistics.json: $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv)
+$(S)/error_statistics.json: $(wildcard $(MODELS)/trainings.h5)
 # The folder changes if an entry is removed, which a wildcard does not show.
 $(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(wildcard $(MEASURED)/training_speed.json)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
@@ -140,7 +141,7 @@ PAPER_RECIPE = $(addprefix -,$(filter paper,$(RECIPE)))
 TRAINING = --dataset $(DATASET) --threads 1 --runs $(OUT)/training --models $(MODELS)
 models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours; RECIPE=paper: days, as MODEL-paper)
 	status=0; $(VENV)/bin/surrogate train-all --recipe $(RECIPE) $(PAPER_RECIPE:%=--suffix=%) --jobs $(or $(JOBS),2) \
-		$(addprefix --only ,$(ONLY)) $(LASTING) $(TRAINING) || status=$$?; [ ! -e $(MODELS) ] || $(SUMS) $(MODELS); exit $$status
+		$(addprefix --only ,$(ONLY)) $(LASTING) $(TRAINING) || status=$$?; [ ! -e $(MODELS) ] || { $(GATHER); $(SUMS) $(MODELS); }; exit $$status
 
 # Models besides the 18: MODEL trained in another way, unless LABEL is published. Inputs C have the least error of A to D.
 MODEL ?= M1-concat
@@ -149,7 +150,8 @@ LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
 $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(MODEL) --label $(LABEL) $(HOW) $(TRAINING)
-	$(SUMS) $(MODELS)/$(LABEL)
+	$(GATHER)
+	$(SUMS) $(MODELS)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(LASTING)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
 model-as-worded: HOW = --recipe paper-as-worded $(LASTING)  ## Train it by the words of the paper, without Keras's threshold, as MODEL-as-worded (hours)

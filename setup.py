@@ -10,7 +10,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 MODEL = "M1-concat"
-FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json")
+FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "../split.json")
 
 
 class BuildWithModel(build_py):
@@ -25,7 +25,7 @@ class BuildWithModel(build_py):
         target = Path(self.build_lib) / "surrogate" / "models" / MODEL
         target.mkdir(parents=True, exist_ok=True)
         for name in FILES:
-            shutil.copyfile(source / name, target / name)
+            shutil.copyfile(source / name, target / Path(name).name)
         # Apart from the paper's, which are listed by their folders.
         if (pretrained := source.parents[1] / "pretrained").is_dir():
             shutil.copytree(pretrained, target.parent, dirs_exist_ok=True)

@@ -21,11 +21,12 @@ MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     source = tmp_path_factory.mktemp("source")
-    for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source / name)
     for name in ("bem", "surrogate", "experiments", "paper_figures"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(PUBLISHED / "M1-concat", source / "published" / "models" / "M1-concat")
+    shutil.copy(PUBLISHED / "split.json", source / "published" / "models")
     shutil.copytree(PRETRAINED, source / "published" / "pretrained")
     build = "from setuptools.build_meta import build_wheel; build_wheel('dist')"  # what pip calls
     python("-c", build, cwd=source, check=True)

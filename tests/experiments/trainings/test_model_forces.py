@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from bem._support.text_files import read_json
-from experiments.run_folders import read_csv, read_trainings
+from experiments.run_folders import read_table, read_trainings
 from experiments.trainings import model_forces
-from surrogate.data.dataset import TrajectoryDataset
+from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.files import PUBLISHED
 
@@ -31,7 +31,7 @@ def data():
 @pytest.fixture(scope="module")
 def split():
     """The division that all published trainings share."""
-    return read_json(ROOT / "models" / "M1-concat" / "split.json")
+    return read_json(ROOT / "models" / "split.json")
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=label)
@@ -40,7 +40,7 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
     assert (set(listed["models"]), listed["others"]) == ({path.name for path in MODELS}, [])
     if read_json(folder / "run.json")["extra_dataset_sha256"]:
         pytest.skip("its statistics are of two data sets; the study compares its errors instead")
-    train = np.array(read_json(folder / "split.json")["train"])
+    train = Split.of(folder).train
     assert model_forces.forces_agree(folder, data, train)
     assert not model_forces.forces_agree(folder, dataclasses.replace(data, force=data.force * 1.01), train)
     # The same by numpy alone; a file that is computed again differs by less.
@@ -57,7 +57,7 @@ def require_own_summary(errors, summary, split):
 
 @pytest.mark.parametrize("folder", MODELS, ids=label)
 def test_a_summary_is_of_the_models_errors(folder, split):
-    errors = read_csv(folder / "test_errors.csv")
+    errors = read_table(folder, "test_errors")
     require_own_summary(errors, read_json(folder / "metrics.json")["test"], split)
 
 
