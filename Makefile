@@ -20,7 +20,10 @@ OUT ?= results
 PUBLISHED ?= published
 CONFIGS ?= experiments/configs
 PLACES := --results $(OUT) --published $(PUBLISHED)
-SUMS := $(PY) tools/sums.py $(PUBLISHED)
+# `$(SUMS) PATH ...` renews the lines of these files and folders; the others stay, so that `make verify` still finds a damaged file.
+SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); touch SHA256SUMS; for path in "$${@\#$(PUBLISHED)/}"; do \
+	{ grep -vE "  $$path(/|$$)" SHA256SUMS || true; find "$$path" -type f ! -name "*SHA256SUMS*" -exec sha256sum {} +; } | \
+	LC_ALL=C sort -k 2 > SHA256SUMS.new; mv SHA256SUMS.new SHA256SUMS; done' sums
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
 GATHER := $(PY) -m experiments.run_folders $(MODELS)
@@ -41,6 +44,8 @@ $(INSTALLED): requirements$(if $(SMALL),-small).lock pyproject.toml
 	@echo "$(SMALL)" > $@
 verify: | $(INSTALLED)  ## Compare the published files with their SHA-256 sums
 	@cd published && sha256sum --check --quiet SHA256SUMS && echo "$$(wc -l < SHA256SUMS) published files are as they were published"
+sums:
+	$(SUMS) $(FILES)
 paper: figures tables report  ## Figures, tables and the report
 
 PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
@@ -290,7 +295,7 @@ DEMO_MODEL ?= published/models/M1-concat/model.onnx
 demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into demo/dist (Node 18 or newer; DEMO_MODEL=... chooses the ONNX file)
 	node demo/build.mjs $(DEMO_MODEL)
 demo: demo-build  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
-	@python3 tools/serve.py demo/dist --port $(or $(DEMO_PORT),8000)
+	@python3 -m http.server --bind 127.0.0.1 --directory demo/dist $(or $(DEMO_PORT),8000)
 test-demo: setup  ## Test the demonstrator in headless Chromium against Python; installs missing Debian packages
 	tests/demo/run.sh $(DEMO_MODEL)
 demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (curves.json, solids.json and contacts.json in demo/public)
@@ -302,7 +307,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: sums $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

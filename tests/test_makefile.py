@@ -134,7 +134,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
     for name in ("ways_to_call", "canonical_times"):
         places = f"--results results --published {tmp_path} --configs experiments/configs"
         assert f"-m experiments {name} {places} --busy" in lines
-        assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
+        assert f"' sums {tmp_path}/measurements/{name}.*" in lines
 
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
@@ -167,8 +167,9 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
     assert (f"Error {status}" in done.stderr) == (status != 0)
     noted = tmp_path / "noted"
     assert (noted.read_text(encoding="utf-8") if noted.is_file() else "") == (
-        f"tools/sums.py {tmp_path} {tmp_path}/models\n" if listed else ""
+        f"-m experiments.run_folders {tmp_path}/models\n" if listed else ""
     )
+    assert (tmp_path / "SHA256SUMS").exists() == listed
 
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):

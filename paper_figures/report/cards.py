@@ -1,7 +1,8 @@
 """Cards: README.md of the data set, of the models and of each pretrained one, and metadata in the Croissant format.
 
 Every number comes from the published files: `run.json`, `metrics.json` and the errors of a model of the paper's kind,
-`run.json` and `measurements/errors_by_place.json` of a pretrained one, and the attributes of the data set. The texts are the templates beside this module. `make cards` writes the cards.
+`run.json` and `measurements/errors_by_place.json` of a pretrained one, and the attributes of the data set.
+The texts are the templates beside this module. `make cards` writes the cards.
 
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
