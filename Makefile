@@ -39,7 +39,7 @@ setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 
 	@! grep -qs small $(INSTALLED) || $(MAKE) --no-print-directory --always-make $(INSTALLED) SMALL=
 setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
 	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=small
-$(INSTALLED): requirements$(if $(SMALL),-small).lock pyproject.toml
+$(INSTALLED): requirements/$(if $(SMALL),use,work).lock pyproject.toml
 	@tools/setup.sh $(VENV) $<
 	@echo "$(SMALL)" > $@
 verify: | $(INSTALLED)  ## Compare the published files with their SHA-256 sums
@@ -263,8 +263,8 @@ format: setup  ## Format the code
 GROUPS := $(addprefix --extra ,train cluster lab tables dev)
 LOCK = $(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --output-file
 lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
-	$(LOCK) requirements.lock $(GROUPS) pyproject.toml
-	echo 'setuptools>=77' | $(LOCK) requirements-small.lock --no-annotate --extra tables --constraint requirements.lock pyproject.toml -
+	$(LOCK) requirements/work.lock $(GROUPS) pyproject.toml
+	echo 'setuptools>=77' | $(LOCK) requirements/use.lock --no-annotate --extra tables --constraint requirements/work.lock pyproject.toml -
 clean:  ## Remove caches and build files; never results/, published/ or .venv
 	echo "Removing caches and build files"
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
@@ -278,7 +278,7 @@ docs/gallery/.solver: $(SOLVER)
 docs: setup docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
 	@$(PY) -m bem compile > /dev/null  # so that no tutorial shows that it compiles
 	echo "Building build/site"
-	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --config-file .mkdocs.yml --strict --quiet
 docs-numbers: setup  ## Write the published numbers into all documents
 	echo "Writing numbers into the documents"
 	$(PY) tools/fill.py

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
 MODEL = "M1-concat"
 FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "../split.json")
@@ -31,4 +32,15 @@ class BuildWithModel(build_py):
             shutil.copytree(pretrained, target.parent, dirs_exist_ok=True)
 
 
-setup(cmdclass={"build_py": BuildWithModel})
+class SourceWithModel(sdist):
+    """Add what `BuildWithModel` copies to a source distribution."""
+
+    def make_distribution(self) -> None:
+        """Add the published models to the usual files, and pack them."""
+        self.filelist.graft(f"published/models/{MODEL}")
+        self.filelist.include("published/models/split.json")
+        self.filelist.graft("published/pretrained")
+        super().make_distribution()
+
+
+setup(cmdclass={"build_py": BuildWithModel, "sdist": SourceWithModel})

@@ -147,7 +147,7 @@ def test_a_function_with_parameters_states_what_it_returns():
 @pytest.mark.slow
 def test_the_site_builds_without_a_broken_link(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
-    words = ("-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path)
+    words = ("-m", "mkdocs", "build", "--config-file", ".mkdocs.yml", "--strict", "--quiet", "--site-dir", tmp_path)
     result = python(*words, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})
     assert result.returncode == 0, result.stdout + result.stderr
     assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem/index.html").read_text(encoding="utf-8")

@@ -51,7 +51,7 @@ def test_the_guide_shows_the_seconds_that_are_published(tmp_path):
 
 
 def test_all_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path, monkeypatch, capsys):
-    assert {"README.md", "REPRODUCING.md", "reproducibility.md", "cost.md"} <= {one.name for one in fill.documents()}
+    assert {"README.md", "reproducing.md", "reproducibility.md", "cost.md"} <= {one.name for one in fill.documents()}
     monkeypatch.chdir(tmp_path)
     fill.main(check=True)
     copy = tmp_path / "README.md"

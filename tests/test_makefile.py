@@ -196,7 +196,9 @@ def python(tmp_path):
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
     first, *rest = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
-    packages = len(re.findall(r"^\S+==", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
+    packages = len(
+        re.findall(r"^\S+==", (ROOT / "requirements/work.lock").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    )
     assert first.startswith(f"Step 1 of 2: installing {packages} packages into {tmp_path}/venv, 3 GB: 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
     assert rest[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
@@ -231,11 +233,11 @@ def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path)
 
     small = run("setup-small")
     assert "1 GB: 1 to 3 minutes" in small
-    assert "--require-hashes --requirement requirements-small.lock\n" in small
+    assert "--require-hashes --requirement requirements/use.lock\n" in small
     assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
     shutil.copy(python, own)
-    assert "--require-hashes --requirement requirements.lock\n" in run("setup")
+    assert "--require-hashes --requirement requirements/work.lock\n" in run("setup")
