@@ -260,7 +260,7 @@ format: setup  ## Format the code
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
 # Without `peers`, which pin what they need; setuptools installs this package without the network.
-GROUPS := $(addprefix --extra ,train cluster lab tables dev)
+GROUPS := $(addprefix --extra ,train cluster lab tables) --group dev
 LOCK = $(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --output-file
 lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
 	$(LOCK) requirements/work.lock $(GROUPS) pyproject.toml

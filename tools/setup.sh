@@ -40,7 +40,7 @@ if [ -t 1 ]; then
 else
     pip
 fi
-extras=$([ $name = setup ] && echo train,cluster,lab,tables,dev || echo tables)
+extras=$([ $name = setup ] && echo train,cluster,lab,tables || echo tables)
 # Without an index: this fails if the lock file does not hold what pyproject.toml asks for.
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-index --no-build-isolation --editable ".[$extras]" || {
     echo "$lock does not hold what pyproject.toml asks for; run make lock" >&2
