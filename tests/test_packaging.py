@@ -73,7 +73,7 @@ def test_its_size_is_the_one_the_documents_state(wheel):
 def test_the_extras_and_ranges_are_in_the_metadata(site):
     (path,) = site.glob("*.dist-info/METADATA")
     metadata = Parser().parsestr(path.read_text(encoding="utf-8"))
-    assert {"train", "cluster", "lab", "tables", "peers", "dev"} <= set(metadata.get_all("Provides-Extra"))
+    assert {"train", "cluster", "lab", "tables", "peers"} == set(metadata.get_all("Provides-Extra"))
     required = [line.replace('"', "'") for line in metadata.get_all("Requires-Dist")]
     # An exact version would forbid installing this beside other packages. The software of a published comparison is
     # pinned all the same: the lock leaves it out, and only who asks for that extra gets it.
