@@ -27,7 +27,7 @@ from bem._support.text_files import read_toml
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
-FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "published": ""}
+FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds.h5", "published": ""}
 """Published files and folders whose path is the argument."""
 PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""

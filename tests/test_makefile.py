@@ -134,7 +134,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
     for name in ("ways_to_call", "canonical_times"):
         places = f"--results results --published {tmp_path} --configs experiments/configs"
         assert f"-m experiments {name} {places} --busy" in lines
-        assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
+        assert f"' sums {tmp_path}/measurements/{name}.*" in lines
 
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
@@ -167,8 +167,9 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
     assert (f"Error {status}" in done.stderr) == (status != 0)
     noted = tmp_path / "noted"
     assert (noted.read_text(encoding="utf-8") if noted.is_file() else "") == (
-        f"tools/sums.py {tmp_path} {tmp_path}/models\n" if listed else ""
+        f"-m experiments.run_folders {tmp_path}/models\n" if listed else ""
     )
+    assert (tmp_path / "SHA256SUMS").exists() == listed
 
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):
@@ -195,7 +196,9 @@ def python(tmp_path):
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
     first, *rest = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
-    packages = len(re.findall(r"^\S+==", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
+    packages = len(
+        re.findall(r"^\S+==", (ROOT / "requirements/work.lock").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    )
     assert first.startswith(f"Step 1 of 2: installing {packages} packages into {tmp_path}/venv, 3 GB: 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
     assert rest[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
@@ -230,11 +233,11 @@ def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path)
 
     small = run("setup-small")
     assert "1 GB: 1 to 3 minutes" in small
-    assert "--require-hashes --requirement requirements-small.lock\n" in small
+    assert "--require-hashes --requirement requirements/use.lock\n" in small
     assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
     shutil.copy(python, own)
-    assert "--require-hashes --requirement requirements.lock\n" in run("setup")
+    assert "--require-hashes --requirement requirements/work.lock\n" in run("setup")

@@ -1,4 +1,4 @@
-"""The tables of REPRODUCING.md: what each figure and table shows, and the hours of the reproduction from scratch."""
+"""Tables of docs/reproducing.md: what each figure and table shows, and the hours of a reproduction from scratch."""
 
 from pathlib import Path
 from typing import Any
