@@ -19,9 +19,13 @@ SMALL := $(shell grep -s small $(INSTALLED))
 OUT ?= results
 PUBLISHED ?= published
 CONFIGS ?= experiments/configs
-SUMS := $(PY) tools/sums.py $(PUBLISHED)
+# `$(SUMS) PATH ...` renews the lines of these files and folders; the others stay, so that `make verify` still finds a damaged file.
+SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); touch SHA256SUMS; for path in "$${@\#$(PUBLISHED)/}"; do \
+	{ grep -vE "  $$path(/|$$)" SHA256SUMS || true; find "$$path" -type f ! -name "*SHA256SUMS*" -exec sha256sum {} +; } | \
+	LC_ALL=C sort -k 2 > SHA256SUMS.new; mv SHA256SUMS.new SHA256SUMS; done' sums
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
+GATHER := $(PY) -m experiments.run_folders $(MODELS)
 M1 := $(MODELS) $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
 MEASURED := $(PUBLISHED)/measurements
 SOLVER := bem/solver/version.py
@@ -34,11 +38,13 @@ setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 
 	@! grep -qs small $(INSTALLED) || $(MAKE) --no-print-directory --always-make $(INSTALLED) SMALL=
 setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
 	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=small
-$(INSTALLED): requirements$(if $(SMALL),-small).lock pyproject.toml
+$(INSTALLED): requirements/$(if $(SMALL),use,work).lock pyproject.toml
 	@tools/setup.sh $(VENV) $<
 	@echo "$(SMALL)" > $@
 verify: | $(INSTALLED)  ## Compare the published files with their SHA-256 sums
 	@cd published && sha256sum --check --quiet SHA256SUMS && echo "$$(wc -l < SHA256SUMS) published files are as they were published"
+sums:
+	$(SUMS) $(FILES)
 paper: figures tables report  ## Figures, tables and the report
 
 PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
@@ -114,7 +120,7 @@ $(S)/dataset_examples.json: $(SOLVER)
 $(S)/dataset_statistics.json $(S)/inconsistencies.json: $(DATASET) $(SOLVER)
 $(S)/canonical_regimes.json: $(CONFIGS)/canonical_regimes.toml $(M1) $(MEASURED)/canonical_times.json $(SOLVER)
 $(S)/persson_brener.json: $(CONFIGS)/persson_brener.toml $(M1) $(SOLVER)
-$(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv) $(DATASET)
+$(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(MODELS)/trainings.h5) $(DATASET)
 $(S)/fms_transfer.json: $(CONFIGS)/fms_transfer.toml $(M1) $(DATASET) $(SOLVER)
 # The folder changes if an entry is removed, which a wildcard does not show.
 $(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(SPEED)
@@ -168,10 +174,11 @@ BESIDE := $(addprefix model-,paper-recipe as-worded inputs-a inputs-b inputs-c l
 NAME = $(MODEL)
 LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
-# Each in a folder of its own, unless it is published. Trainings at a time list their files one after the other.
+# Each in a folder of its own, unless it is published. Trainings at a time gather and list their files one after the other.
 $(ONLY:%=model-%) $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(NAME) --label $(LABEL) $(HOW) $(TRAINING)
-	flock $(PUBLISHED) $(SUMS) $(MODELS)/$(LABEL)
+	flock $(PUBLISHED) $(GATHER)
+	flock $(PUBLISHED) $(SUMS) $(MODELS)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(LASTING)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
 model-as-worded: HOW = --recipe paper-as-worded $(LASTING)  ## Train it by the words of the paper, without Keras's threshold, as MODEL-as-worded (hours)
@@ -197,7 +204,7 @@ feature-sets: $(CONFIGS)/feature_sets.toml $(DATASET) $(MODELS) | $(OUT)/dataset
 feature-sets: OWN = $(JSON) --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
 data-efficiency: $(CONFIGS)/data_efficiency.toml $(DATASET) $(MODELS)  ## Train on decreasing shares of the data and publish the errors
 data-efficiency: OWN = $(JSON) --work $(OUT)/training_studies/data_efficiency
-ranking: $(DATASET) $(PUBLISHED)/seeds  ## Rank the models by every published seed, with intervals, and publish it (seconds)
+ranking: $(DATASET) $(PUBLISHED)/seeds.h5  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 model-forces: $(DATASET) $(MODELS)  ## Publish which models were trained on the forces of the published data set
 $(PUBLISHED_STUDIES): | $(INSTALLED)
 	status=0; $(call STUDY,$@) $(OWN) || status=$$?; [ ! -e $(JSON) ] || $(SUMS) $(JSON); exit $$status
@@ -278,11 +285,11 @@ format: setup  ## Format the code
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
 # Without `peers`, which pin what they need; setuptools installs this package without the network.
-GROUPS := $(addprefix --extra ,train cluster lab tables dev)
+GROUPS := $(addprefix --extra ,train cluster lab tables) --group dev
 LOCK = $(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --output-file
 lock:  ## Resolve pyproject.toml again into both lock files (needs the network)
-	$(LOCK) requirements.lock $(GROUPS) pyproject.toml
-	echo 'setuptools>=77' | $(LOCK) requirements-small.lock --no-annotate --extra tables --constraint requirements.lock pyproject.toml -
+	$(LOCK) requirements/work.lock $(GROUPS) pyproject.toml
+	echo 'setuptools>=77' | $(LOCK) requirements/use.lock --no-annotate --extra tables --constraint requirements/work.lock pyproject.toml -
 clean:  ## Remove caches and build files; never results/, published/ or .venv
 	echo "Removing caches and build files"
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
@@ -296,7 +303,7 @@ docs/gallery/.solver: $(SOLVER)
 docs: setup docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
 	@$(PY) -m bem compile > /dev/null  # so that no tutorial shows that it compiles
 	echo "Building build/site"
-	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --config-file .mkdocs.yml --strict --quiet
 docs-numbers: setup  ## Write the published numbers into all documents
 	echo "Writing numbers into the documents"
 	$(PY) tools/fill.py
@@ -313,7 +320,7 @@ DEMO_MODEL ?= published/models/M1-concat/model.onnx
 demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into demo/dist (Node 18 or newer; DEMO_MODEL=... chooses the ONNX file)
 	node demo/build.mjs $(DEMO_MODEL)
 demo: demo-build  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
-	@python3 tools/serve.py demo/dist --port $(or $(DEMO_PORT),8000)
+	@python3 -m http.server --bind 127.0.0.1 --directory demo/dist $(or $(DEMO_PORT),8000)
 test-demo: setup  ## Test the demonstrator in headless Chromium against Python; installs missing Debian packages
 	tests/demo/run.sh $(DEMO_MODEL)
 demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (curves.json, solids.json and contacts.json in demo/public)
@@ -325,7 +332,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: sums $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

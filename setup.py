@@ -8,9 +8,10 @@ from pathlib import Path
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
 MODEL = "M1-concat"
-FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json")
+FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "../split.json")
 
 
 class BuildWithModel(build_py):
@@ -25,10 +26,21 @@ class BuildWithModel(build_py):
         target = Path(self.build_lib) / "surrogate" / "models" / MODEL
         target.mkdir(parents=True, exist_ok=True)
         for name in FILES:
-            shutil.copyfile(source / name, target / name)
+            shutil.copyfile(source / name, target / Path(name).name)
         # Apart from the paper's, which are listed by their folders.
         if (pretrained := source.parents[1] / "pretrained").is_dir():
             shutil.copytree(pretrained, target.parent, dirs_exist_ok=True)
 
 
-setup(cmdclass={"build_py": BuildWithModel})
+class SourceWithModel(sdist):
+    """Add what `BuildWithModel` copies to a source distribution."""
+
+    def make_distribution(self) -> None:
+        """Add the published models to the usual files, and pack them."""
+        self.filelist.graft(f"published/models/{MODEL}")
+        self.filelist.include("published/models/split.json")
+        self.filelist.graft("published/pretrained")
+        super().make_distribution()
+
+
+setup(cmdclass={"build_py": BuildWithModel, "sdist": SourceWithModel})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from bem._support.lazy_names import lazy_names
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from bem.contact import Contact as Contact

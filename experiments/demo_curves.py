@@ -37,7 +37,7 @@ from experiments.measurements.cases import ANY_SOLID, Case, rows_of
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
-SPLIT = MODELS / "M1-concat" / "split.json"
+SPLIT = MODELS / "split.json"
 OUT = Path("demo/public/curves.json")
 SOLIDS_OUT = Path("demo/public/solids.json")
 CONTACTS_OUT = Path("demo/public/contacts.json")

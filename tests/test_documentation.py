@@ -16,7 +16,6 @@ import pytest
 
 from tests.processes import ROOT, ended, python
 from tests.surrogate.conftest import write_dataset
-from tools.guide import LEFTOVERS
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 API_PAGES = ("api-bem", "api-surrogate", "laboratory")
@@ -148,23 +147,22 @@ def test_a_function_with_parameters_states_what_it_returns():
 @pytest.mark.slow
 def test_the_site_builds_without_a_broken_link(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
-    words = ("-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path)
+    words = ("-m", "mkdocs", "build", "--config-file", ".mkdocs.yml", "--strict", "--quiet", "--site-dir", tmp_path)
     result = python(*words, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})
     assert result.returncode == 0, result.stdout + result.stderr
-    assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
-    assert "predict_history" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")
-    pages = "".join((tmp_path / f"{name}.html").read_text(encoding="utf-8") for name in API_PAGES)
+    assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem/index.html").read_text(encoding="utf-8")
+    assert "predict_history" in (tmp_path / "api-surrogate/index.html").read_text(encoding="utf-8")
+    pages = "".join((tmp_path / name / "index.html").read_text(encoding="utf-8") for name in API_PAGES)
     for package in PUBLIC:
         for name in importlib.import_module(package).__all__:
             assert re.search(rf'id="{package.split(".")[0]}\.[\w.]*\b{name}"', pages), f"{package}.{name}"
     for tutorial in TUTORIALS:
-        assert (tmp_path / "gallery" / f"{tutorial.stem}.html").is_file()
+        assert (tmp_path / "gallery" / tutorial.stem / "index.html").is_file()
         assert (tmp_path / "gallery" / f"{tutorial.stem}.ipynb").is_file()
-    assert not [path for pattern in LEFTOVERS for path in tmp_path.rglob(pattern)]
     index = (tmp_path / "gallery/index.html").read_text(encoding="utf-8")
-    assert {f'href="{tutorial.stem}.html"' in index for tutorial in TUTORIALS} == {True}
+    assert {f'href="{tutorial.stem}/"' in index for tutorial in TUTORIALS} == {True}
     assert "<blockquote" not in pages, "an example of a docstring is code, not a quotation"
-    for page in ("api-bem.html", "api-surrogate.html"):
+    for page in ("api-bem/index.html", "api-surrogate/index.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
         assert returned
         rows = [part.partition("</tbody>")[0].partition("<tbody>")[2].count("<tr") for part in returned]

@@ -128,7 +128,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
     for name, paths in inputs.items():
         file = f"{tmp_path}/measurements/{name}.json"
         assert f"-m experiments {name} {paths} --out {file} --busy" in lines
-        assert f"tools/sums.py {tmp_path} {file}" in lines
+        assert f"' sums {file}" in lines
     assert "-m experiments pull_off_place  --out bem/dataset/pull_off_place.json" in commands("measure-pull-off-place")
 
 
@@ -162,9 +162,9 @@ def test_models_are_trained_two_at_a_time(status, tmp_path):
     assert done.returncode == (2 if status else 0)
     assert (f"Error {status}" in done.stderr) == (status != 0)
     assert not (tmp_path / "M4-FiLM").exists()
-    noted = set() if status else set((tmp_path / "noted").read_text(encoding="utf-8").splitlines())
-    listed = {f"tools/sums.py {tmp_path} {tmp_path}/models/{name}" for name in ("M1-FiLM", "M1-concat", "M4-FiLM")}
-    assert noted == (set() if status else listed)
+    noted = "" if status else 3 * f"-m experiments.run_folders {tmp_path}/models\n"
+    assert ((tmp_path / "noted").read_text(encoding="utf-8") if noted else "") == noted
+    assert (tmp_path / "SHA256SUMS").exists() == (not status)
 
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):
@@ -191,7 +191,9 @@ def python(tmp_path):
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
     first, *rest = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
-    packages = len(re.findall(r"^\S+==", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.MULTILINE))
+    packages = len(
+        re.findall(r"^\S+==", (ROOT / "requirements/work.lock").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    )
     assert first.startswith(f"Step 1 of 2: installing {packages} packages into {tmp_path}/venv, 3 GB: 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
     assert rest[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
@@ -226,11 +228,11 @@ def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path)
 
     small = run("setup-small")
     assert "1 GB: 1 to 3 minutes" in small
-    assert "--require-hashes --requirement requirements-small.lock\n" in small
+    assert "--require-hashes --requirement requirements/use.lock\n" in small
     assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
     shutil.copy(python, own)
-    assert "--require-hashes --requirement requirements.lock\n" in run("setup")
+    assert "--require-hashes --requirement requirements/work.lock\n" in run("setup")

@@ -21,11 +21,12 @@ MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     source = tmp_path_factory.mktemp("source")
-    for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source / name)
     for name in ("bem", "surrogate", "experiments", "paper_figures"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(PUBLISHED / "M1-concat", source / "published" / "models" / "M1-concat")
+    shutil.copy(PUBLISHED / "split.json", source / "published" / "models")
     shutil.copytree(PRETRAINED, source / "published" / "pretrained")
     build = "from setuptools.build_meta import build_wheel; build_wheel('dist')"  # what pip calls
     python("-c", build, cwd=source, check=True)
@@ -72,7 +73,7 @@ def test_its_size_is_the_one_the_documents_state(wheel):
 def test_the_extras_and_ranges_are_in_the_metadata(site):
     (path,) = site.glob("*.dist-info/METADATA")
     metadata = Parser().parsestr(path.read_text(encoding="utf-8"))
-    assert {"train", "cluster", "lab", "tables", "peers", "dev"} <= set(metadata.get_all("Provides-Extra"))
+    assert {"train", "cluster", "lab", "tables", "peers"} == set(metadata.get_all("Provides-Extra"))
     required = [line.replace('"', "'") for line in metadata.get_all("Requires-Dist")]
     # An exact version would forbid installing this beside other packages. The software of a published comparison is
     # pinned all the same: the lock leaves it out, and only who asks for that extra gets it.

@@ -30,7 +30,7 @@ READERS = {
     "protocols.json": (json.dumps(PROTOCOLS * 5), read_table),
     "design.toml": (DESIGN, read_design_file),
     "material.toml": (next(materials_library.entries.FOLDER.glob("*.toml")).read_text(), materials_library.load),
-    "recipe.toml": ((MODEL / "recipe.toml").read_text(), Recipe.load),
+    "recipe.toml": ((ROOT / "surrogate/training/recipes/swift.toml").read_text(), Recipe.load),
     "scaling.json": ((MODEL / "scaling.json").read_text(), Scaling.load),
     "split.json": (json.dumps({"seed": 1, "train": [0, 1], "validation": [2], "test": [3]}), Split.load),
     "persson_brener.toml": ("model = 'M1-concat'\nfit_within = 0.02\n", read_config),

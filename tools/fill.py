@@ -3,19 +3,13 @@
 A place in a document reads `<!-- fill MODULE.FUNCTION INPUT ... -->...<!-- end -->`. The function returns its text from
 the contents of these files of the repository (`experiments.common.read_input`).
 
-Usage: `python tools/fill.py [DOCUMENT ...]`, by default for every document of the repository;
-`--check` only reports which documents are out of date.
+Usage: `python tools/fill.py [DOCUMENT ...] [--check]`, by default for every document.
 """
 
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-if __name__ == "__main__":  # before the imports that take long
-    from bem._support.interruption import end_on_interrupt
-
-    end_on_interrupt("fill")
 
 import re
 from importlib import import_module
@@ -69,11 +63,11 @@ def main(
         text = document.read_text(encoding="utf-8")
         if (whole := filled(text)) != text:
             stale.append(document)
-            if not check:
+            if check:
+                print(f"fill: {document} is out of date; run `python tools/fill.py {document}`", file=sys.stderr)
+            else:
                 document.write_text(whole, encoding="utf-8")
     if check and stale:
-        for document in stale:
-            print(f"fill: {document} is out of date; run `python tools/fill.py {document}`", file=sys.stderr)
         raise typer.Exit(1)
 
 

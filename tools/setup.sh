@@ -1,11 +1,11 @@
 #!/bin/bash
 # Create an environment from a lock file, install this package in it and compile the solver, for `make setup`.
-# Usage: tools/setup.sh VENV LOCK, where LOCK is requirements.lock, or requirements-small.lock, which any newer Python takes too.
+# Usage: tools/setup.sh VENV LOCK, where LOCK is requirements/work.lock, or requirements/use.lock, which any newer Python takes too.
 set -euo pipefail
 venv=$1 lock=$2
 case $lock in
-requirements.lock) name=setup which="3.12" below="(3, 13)" size="3 GB: 3 to 10" pythons="python3.11 python3.12 python3" ;;
-*) name=setup-small which=newer below="(4,)" size="1 GB: 1 to 3" pythons="python3 python3.14 python3.13 python3.12 python3.11" ;;
+*work.lock) name=setup which="3.12" below="(3, 13)" size="3 GB: 3 to 10" pythons="python3.11 python3.12 python3" extras=train,cluster,lab,tables ;;
+*) name=setup-small which=newer below="(4,)" size="1 GB: 1 to 3" pythons="python3 python3.14 python3.13 python3.12 python3.11" extras=tables ;;
 esac
 suits() { "$1" -c "import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] < $below)" >/dev/null 2>&1; }
 
@@ -40,7 +40,6 @@ if [ -t 1 ]; then
 else
     pip
 fi
-extras=$([ $name = setup ] && echo train,cluster,lab,tables,dev || echo tables)
 # Without an index: this fails if the lock file does not hold what pyproject.toml asks for.
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-index --no-build-isolation --editable ".[$extras]" || {
     echo "$lock does not hold what pyproject.toml asks for; run make lock" >&2

@@ -147,7 +147,7 @@ def simulate(
 
 
 app.command("simulate-si")(lab.simulate_si)
-for command in (lab.fit, lab.fit_map, campaign.campaign, campaign.merge, campaign.verify):
+for command in (lab.fit, campaign.campaign, campaign.merge, campaign.verify):
     app.command()(command)
 
 

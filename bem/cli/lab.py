@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,8 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
-from bem._support.interruption import say_what_is_kept
+from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
 from bem._support.wording import plain_table, shown
 from bem.cli import arguments
@@ -32,10 +30,7 @@ from bem.cli.arguments import (
     write,
 )
 
-MODEL = (
-    "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
-    "describes the curve."
-)
+MODEL = "hertz, cone, dmt, jkr, ting or solver; auto climbs from the simplest to one that describes the curve."
 STIFFNESS = (
     "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
 )
@@ -55,9 +50,7 @@ Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
 LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
-WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
-ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
-HELD = "An entry of the materials library, or prony:C1@T1,C2@T2,... with times in seconds, whose relaxation is held."
+ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
 HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
     "Its modulus ratio is held where --free leaves it out; a Prony series always is, and its times are in seconds "
@@ -186,7 +179,6 @@ def fit(
     model: ModelName = "auto",
     segment: Segment = "both",
     within: Range = None,
-    weight_near: Annotated[str, option(WEIGHT)] = "0",
     half_angle: Annotated[float | None, option(ANGLE)] = None,
     free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
     modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
@@ -216,11 +208,11 @@ def fit(
     known |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
     known = {name: value for name, value in known.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
+    options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
         measured = ForceCurve.read(curve, force_sign=force_sign, **how)
         start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **known)
-        options = {"model": model, "segment": segment, "within": _range(within), "weight_near": weight_near}
         with _progress() as report:
             result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
         text = json.dumps(result.to_dict(), indent=1) + "\n"
@@ -228,51 +220,6 @@ def fit(
         write(outputs, plot, result.plot)
     typer.echo(result.summary())
     say_written(outputs)
-
-
-def fit_map(
-    curves: Annotated[list[Path], typer.Argument(help="Force maps and other files of one or more curves.")],
-    radius: Radius,
-    out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
-    plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,
-    quantity: Annotated[str, option("What is drawn.")] = "relaxed_modulus",
-    stiffness: Stiffness = None,
-    sensitivity: Sensitivity = None,
-    force_sign: Annotated[str, option("Which force text files count as positive: tension or compression.")] = "tension",
-    speed: Speed = None,
-    model: ModelName = "auto",
-    segment: Segment = "both",
-    within: Range = None,
-    half_angle: Annotated[float | None, option(ANGLE)] = None,
-    poisson_ratio: Poisson = None,
-    material: Annotated[str, option(HELD)] = "elastic",
-    jobs: Annotated[int, option("Processes.", min=1)] = 1,
-) -> None:
-    """Fit every curve of a force map, or of several files: one line a curve, with intervals, model and position.
-
-    Example: bem fit-map map.jpk-force-map --radius 2.5um --out map.csv --plot map.png
-    """
-    from bem.lab.maps import QUANTITIES, plot_map
-    from bem.lab.maps import fit_map as run
-
-    require_suffix(out, (".csv",))
-    require_suffix(plot, IMAGES)
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}; received {shown(quantity)}")
-    say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
-    solid = _solid(material, None, poisson_ratio, None)
-    known = {"radius": radius, "half_angle": half_angle} | {name: solid[name] for name in ("poisson_ratio", "material")}
-    how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "jobs": jobs, "sensitivity": sensitivity}
-    options = {"model": model, "segment": segment, "within": _range(within)}
-    with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
-        rows = run(curves, out, report=bar, **known, **how, **options)
-        write(outputs, plot, lambda part: plot_map(rows, part, quantity))
-    reasons = Counter(row["reason"].partition(";")[0] for row in rows if row["reason"])
-    fitted = Counter(row["model"] if row["adequate"] == "yes" else "no adequate model" for row in rows if row["model"])
-    typer.echo(f"{len(rows)} curves: " + ", ".join(f"{count} {name}" for name, count in fitted.most_common()))
-    for reason, count in reasons.most_common():
-        typer.echo(f"{count} without a fit: {reason}")
-    typer.echo(f"Written: {', '.join(map(str, filter(None, (out, plot))))}")
 
 
 def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:

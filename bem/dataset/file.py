@@ -130,7 +130,7 @@ def write_file(
             if values.dtype == object:
                 options = {"dtype": h5py.string_dtype()}
             elif values.nbytes > SMALL:
-                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True, "fletcher32": True}
+                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True}
             file.create_dataset(name, data=values, **options).attrs["units"] = UNITS.get(name.rpartition("/")[2], "")
         if "fms" in file:
             file["fms"].attrs["counts"] = np.array(attributes["campaign"]["counts"], dtype=np.int64)

@@ -139,7 +139,7 @@ class ForceCurve(Tabular):
         if number is None and len(curves) > 1:
             raise ValueError(
                 f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
-                f"{len(curves)} of them (`bem fit-map` fits all)"
+                f"{len(curves)} of them"
             )
         if not 0 <= (number or 0) < len(curves):
             raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")

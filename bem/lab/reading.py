@@ -121,7 +121,7 @@ def raw_curves(
     return [RawCurve(found, stiffness)]
 
 
-def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = None) -> list[RawCurve]:
+def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: float | None = None) -> list[RawCurve]:
     """Read all force curves of an AFM file.
 
     afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
@@ -131,6 +131,7 @@ def load_afm(path: Path, stiffness: float | None, sensitivity: float | None = No
         ValueError: afmformats is not installed, or the file is not one it reads.
         FileNotFoundError: there is no such file.
     """
+    path = Path(path)
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
     if not path.is_file():

@@ -84,8 +84,8 @@ class Setup:
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.setup`.
         stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
-        half_angle: between axis and flank of a cone, or face of a pyramid, in degrees, for the models of `bem.lab.fit`
-            that press one instead of a sphere.
+        half_angle: between axis and flank of a cone, in degrees, for the model of `bem.lab.fit` that presses one
+            instead of a sphere.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.

@@ -38,8 +38,7 @@ tissue
 # ## Hertz on the approach
 #
 # This is what a laboratory does first. The authors' own program, nanite, finds 57.6 Pa for this curve. Where the model
-# does not describe the curve, an interval would be a promise; the fit gives the spread of the modulus over windows of
-# depth in its place.
+# does not describe the curve, an interval would be a promise, and the fit gives none.
 
 start = guess_setup(tissue, radius="18.64 um")
 hertz = fit(tissue, start, model="hertz", segment="approach")

@@ -23,7 +23,6 @@ from experiments.paper.model_comparison import published, trained_otherwise
 from surrogate.architectures.naming import names
 from surrogate.prediction.files import BANDED as NAMES
 from surrogate.prediction.files import PUBLISHED_BANDED, weights_sha256
-from surrogate.training.model_directory import MODEL_FILES as FILES
 
 EXACT_TARGET = 7e-5
 """Accuracy of solutions that count as exact: all discretisation errors lie several times below `reference`'s."""
@@ -113,6 +112,10 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
     asked = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
     with without_extrapolation_warnings():
         return model.predict(asked, hidden.protocols(), **options)
+
+
+FILES = ("model.weights.h5", "model.onnx", "run.json", "scaling.json", "metrics.json")
+"""What a model directory must hold to be measured."""
 
 
 def complete(models: Path) -> list[str]:

@@ -1,6 +1,6 @@
 """Error statistics of a model on the held-out trajectories: quartiles by force MSE, distributions, correlations.
 
-The study reads `test_errors.csv` of a model directory and predicts nothing. Source: the paper's section "Physically
+The study reads the errors of a model directory and predicts nothing. Source: the paper's section "Physically
 interpretable error statistics".
 """
 
@@ -12,22 +12,11 @@ from scipy.stats import spearmanr
 
 from experiments.common import Config, Dataset, Models, ended_by_recipe, require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
+from experiments.run_folders import read_table
 from surrogate.training.identity import read_identity
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
-
-
-def read_errors(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a `test_errors.csv`, or of another table of numbers that a training writes.
-
-    Raises:
-        FileNotFoundError: The file does not exist.
-    """
-    if not path.is_file():
-        raise FileNotFoundError(f"no errors of a trained model at {str(path)!r}; `surrogate train` writes them")
-    names, *rows = path.read_text(encoding="utf-8").splitlines()
-    return dict(zip(names.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
 
 
 def quartile_of(mse: np.ndarray) -> np.ndarray:
@@ -81,12 +70,12 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
         FileNotFoundError: A file does not exist.
         ValueError: The model was trained on another data set, or the errors are of other trajectories.
     """
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_table(folder, "test_errors")
     require_dataset(folder, dataset)
     held_out = read_identity(folder).split.test
     if not np.array_equal(errors["trajectory"], held_out):
         raise ValueError(
-            f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
+            f"the errors of {str(folder)!r} must be of the {len(held_out)} trajectories that its split holds "
             f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them again"
         )
     return errors

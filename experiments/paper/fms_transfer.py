@@ -50,7 +50,7 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     from surrogate.data.dataset import Split, TrajectoryDataset
 
     common.require_dataset(models / config["model"], dataset)
-    indices = Split.load(models / config["model"] / "split.json").test[: config["trajectories"] or None]
+    indices = Split.of(models / config["model"]).test[: config["trajectories"] or None]
     protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
     cases = [Case.of(row, config["modulus_ratio"]) for row in rows_of(protocols)]
     return protocols, [case.simulated(config["accuracy"]) for case in progress(cases, "held-out trajectories")]

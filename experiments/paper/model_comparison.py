@@ -10,12 +10,12 @@ on conditioning and learning curves.
 from pathlib import Path
 from typing import Any
 
-from bem._support.text_files import read_json, read_toml
+from bem._support.text_files import read_json
 from experiments.common import Dataset, Models, Result, dataset_digest
-from experiments.paper.error_statistics import read_errors
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
+from experiments.run_folders import read_table
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
-from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
+from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity, read_recipe
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
@@ -31,9 +31,12 @@ PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, on
 """Both, by their names in the rankings."""
 
 
-def read_history(path: Path) -> dict[str, list[float]]:
-    """Epochs, learning rates, errors and core seconds of a `history.csv`, as columns."""
-    found, names = read_errors(path), ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds")
+def read_history(folder: Path) -> dict[str, list[float]]:
+    """Epochs, learning rates, errors and core seconds of a model directory, as columns."""
+    found, names = (
+        read_table(folder, "history"),
+        ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds"),
+    )
     return {name: found[name].tolist() for name in names}
 
 
@@ -65,7 +68,7 @@ def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
     `speed`, has timed them. Otherwise they are as recorded, and `None` if a GPU (`device`) trained it.
     """
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
-    history, recipe = read_history(folder / "history.csv"), read_toml(folder / "recipe.toml")
+    history, recipe = read_history(folder), read_recipe(folder, run)
     each = epoch_seconds(speed, recipe, run["architecture"], run["training_trajectories"])
     if each is not None:
         history["cpu_seconds"] = [epoch * each for epoch in history["epoch"]]

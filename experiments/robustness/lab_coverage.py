@@ -1,4 +1,4 @@
-"""How often the 95 % intervals of a fit contain the true value, and how long a map of 256 curves takes.
+"""How often the 95 % intervals of a fit contain the true value.
 
 Curves of closed forms that share no code with the models are those of `experiments.robustness.lab_curves`. The solver's
 own draw modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft bead: a
@@ -21,12 +21,11 @@ from bem import StandardLinearSolid, simulate
 from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
-from bem.lab.maps import fit_map
 from bem.solver.version import SOLVER_VERSION
 from experiments.measurements.cases import completed
 from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
-from experiments.robustness.lab_curves import CLASSES, write_map
+from experiments.robustness.lab_curves import CLASSES
 
 KEPT = Path("results/lab_coverage")
 RADIUS = 50e-6
@@ -45,9 +44,6 @@ PRESSED, STRETCHED = 6.0, 2.0  # forces of the spring, in pi R dgamma, by which 
 RAMP, DWELL = 0.5, 0.5  # seconds
 INSTRUMENTS = {"sphere": "solver, sphere moved", "stage": "solver, stage moved"}
 QUANTITIES = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point")
-MAPPED = ("hertz", "jkr", "dmt", "ting")
-"""Classes that the curves of the map are of, in turn."""
-PIXELS = 256
 
 
 def drawn(rng: np.random.Generator, instrument: str = "sphere") -> dict[str, float]:
@@ -186,12 +182,6 @@ def limits_text(lab_coverage: Any) -> str:
     return f"{' and '.join(words)}; a fit takes up to {longest:.0f} s of processor time"
 
 
-def map_text(lab_coverage: Any) -> str:
-    """How long a map takes."""
-    found = lab_coverage["map"]
-    return f"{found['fitted']} of {found['curves']} curves in {found['seconds']:.0f} s of one core"
-
-
 def study(
     *,
     curves: Annotated[int, typer.Option(help="Curves of each class of closed forms.")] = 200,
@@ -200,7 +190,7 @@ def study(
     jobs: Jobs = 1,
     folder: Annotated[Path, typer.Option(help="Where cases are kept.")] = KEPT,
 ) -> dict[str, Any]:
-    """Draw, fit and count; a map of closed forms is written and read as an instrument's file, in one process."""
+    """Draw, fit and count."""
     code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.rglob("*.py"))]
     code += [Path(module.__file__).read_text(encoding="utf-8") for module in (sys.modules[__name__], lab_curves)]
     place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
@@ -208,12 +198,4 @@ def study(
     for kind, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
         wanted = [(place / f"{kind}-{number}.json", partial(one_case, kind, seed, number)) for number in range(count)]
         content[kind] = counted(in_parallel(kept, wanted, jobs=jobs, label=f"fits, {kind}"))
-    path, out = place / "map.h5", place / "map.csv"
-    drawn_in_turn = (CLASSES[MAPPED[i % len(MAPPED)]](np.random.default_rng([i, seed])) for i in range(PIXELS))
-    write_map(path, [curve for curve, _, _ in drawn_in_turn])
-    out.unlink(missing_ok=True)
-    with CLOCK:
-        rows = fit_map([path], out, radius="5 um")
-    fitted = sum(not row["reason"] for row in rows)
-    content["map"] = {"curves": len(rows), "seconds": CLOCK.seconds, "fitted": fitted}
     return content

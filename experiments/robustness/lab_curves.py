@@ -158,21 +158,3 @@ def measured(form, rng, noise=None, correlation=0.0):
 
 
 CLASSES = {form.__name__: partial(measured, form) for form in (hertz, cone, dmt, jkr, ting)}
-
-
-def write_map(path, curves):
-    """Write curves as an instrument's file of several, HDF5 of afmformats, a micrometre apart."""
-    import afmformats
-    import h5py
-
-    with h5py.File(path, "w") as file:
-        for number, curve in enumerate(curves):
-            data = {
-                "time": curve.time,
-                "force": -curve.tension,
-                "height (measured)": -(curve.indentation if curve.stage is None else curve.stage),
-                "segment": (np.arange(len(curve)) > np.argmax(curve.indentation)).astype(np.uint8),
-            }
-            facts = {"spring constant": curve.stiffness or 1e6, "imaging mode": "force-distance", "path": path}
-            facts |= {"enum": number, "position x": 1e-6 * (number % 16), "position y": 1e-6 * (number // 16)}
-            afmformats.AFMForceDistance(data, facts).export_data(file, fmt="hdf5")

@@ -3,7 +3,7 @@
 The digest that all trainings record (`dataset_sha256`) covers the protocols, not the simulated forces, which another
 version of the solver changes within its accuracy. A model belongs to the shipped file if two conditions hold: the
 statistics of the training forces in its `scaling.json` are those of the file, and the mean error of its weights on the
-test part of the file is the mean of its `test_errors.csv`. The statistics cannot be computed again if a second data set
+test part of the file is the mean of its recorded errors. The statistics cannot be computed again if a second data set
 joined the training, the errors if the weights are not published; the other condition alone then decides.
 """
 
@@ -17,7 +17,7 @@ from bem._support.text_files import read_json
 from experiments import common
 from experiments.common import Dataset, Models
 from experiments.measurements.harness import progress
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_table
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling, symlog
 
@@ -36,7 +36,7 @@ def forces_agree(folder: Path, data: TrajectoryDataset, train: np.ndarray) -> bo
 
 def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     """Relative difference between the recorded mean test MSE and that of the model's weights on a data set."""
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_table(folder, "test_errors")
     indices = errors["trajectory"].astype(int)
     trained = common.load_surrogate(folder.name, folder.parent)
     force = common.predicted(trained, *data.grid(indices), data.protocols["tabor"][indices])
@@ -50,7 +50,7 @@ def study(dataset: Dataset, models: Models) -> dict[str, Any]:
     data, found = TrajectoryDataset.load(dataset), {}
     for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):
         folder, two = path.parent, read_json(path).get("extra_dataset_sha256")
-        agree = two or forces_agree(folder, data, Split.load(folder / "split.json").train)
+        agree = two or forces_agree(folder, data, Split.of(folder).train)
         weights = (folder / "model.weights.h5").is_file()
         difference = error_difference(folder, data) if weights else None
         belongs = agree and (difference or 0.0) <= SAME_ERROR

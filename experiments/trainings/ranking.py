@@ -1,6 +1,6 @@
 """Which of the paper's rankings hold: every published seed of every model, spreads, and the probability of each order.
 
-The study reads `published/seeds/MODEL/seed-S/`; it trains and predicts nothing. Seeds are compared if they were trained
+The study reads `published/seeds.h5`; it trains and predicts nothing. Seeds are compared if they were trained
 on the shipped data set with the same recipe and the same test part. Another backend counts as another seed: it computes
 the same up to rounding errors, and draws other initial weights. The rankings, and the model that the paper ranks first,
 are the claims in `paper_values/claims.toml` that have a `ranking`. Each order is decided by the held-out MSE, as in the
@@ -22,11 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.text_files import read_json, read_toml
 from experiments.common import Dataset
-from experiments.paper.error_statistics import read_errors
-from experiments.paper.model_comparison import REFERENCE, read_history
+from experiments.paper.model_comparison import REFERENCE
 from experiments.paper_numbers import paper_claims
+from experiments.run_folders import read_trainings
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -37,7 +36,7 @@ COLUMNS = {
     "pull_off_percent": "pull_off_force_percent",
     "hysteresis_percent": "hysteresis_percent",
 }
-"""Names of the metrics in `metrics.json` and `test_errors.csv`."""
+"""Names of the metrics in `metrics` and `test_errors` of a training."""
 MEDIANS = ("pull_off_percent", "hysteresis_percent")
 """Metrics that are medians over the test trajectories; the others are means."""
 EXPECTED = 3
@@ -191,22 +190,21 @@ def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[s
     }
 
 
-def read_seed(folder: Path) -> dict[str, Any]:
-    """Errors of one training on the test set, and its settings.
+def seed_facts(training: dict[str, Any]) -> dict[str, Any]:
+    """Errors of one training of `read_trainings` on the test set, and its settings.
 
     Raises:
-        ValueError: A file is missing or damaged.
+        ValueError: A quantity is missing.
     """
     try:
-        run, metrics = (read_json(folder / f"{name}.json") for name in ("run", "metrics"))
-        errors = read_errors(folder / "test_errors.csv")
-        test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
+        run, errors, test = training["run"], training["test_errors"], training["metrics"]["test"]
+        curve = training["history"]["validation_mse"].tolist()
         row = {"seed": int(run["seed"]), "backend": run["backend"]}
         row |= {name: float(test[column]["median" if name in MEDIANS else "mean"]) for name, column in COLUMNS.items()}
         return {
             "seed": row["seed"],
             "data set": run["dataset_sha256"],
-            "recipe": read_toml(folder / "recipe.toml") | {"seed": None},
+            "recipe": training["recipe"] | {"seed": None},
             "inputs": run["features"],
             "architecture": run["architecture"],
             "test part": errors["trajectory"].astype(int).tolist(),
@@ -214,16 +212,14 @@ def read_seed(folder: Path) -> dict[str, Any]:
             "row": row | {"validation_mse": min(curve)},
             "curve": curve,
         }
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise ValueError(
-            f"expected a complete training of one seed; received {str(folder)!r} ({error!r:.100})"
-        ) from error
+    except LookupError as error:
+        raise ValueError(f"seed must have the errors and settings of a training; it lacks {error}") from error
 
 
 def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
     """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out."""
-    folders = {path.parent: read_seed(path.parent) for path in sorted(seeds.glob("*/seed-*/run.json"))}
-    ours = {folder: one for folder, one in folders.items() if one["data set"] == digest}
+    facts = {label: seed_facts(training) for label, training in read_trainings(seeds).items()}
+    ours = {label: one for label, one in facts.items() if one["data set"] == digest}
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
     left_out = {}
 
@@ -231,20 +227,20 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
         frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
         return json.loads(frequency.most_common(1)[0][0])
 
-    for folder, one in folders.items():
-        name = folder.parent.name
+    for label, one in facts.items():
+        name = label.split("/")[0]
         architecture = REFERENCE if name.startswith("features-") else name
         inputs = name.removeprefix("features-") if name.startswith("features-") else "D"
         # The study of input representations has its own recipe.
-        alike = [two for other, two in ours.items() if (other.parent.name in paper_names()) == (name in paper_names())]
-        words = [] if folder in ours else ["data set"]
+        alike = [
+            two for other, two in ours.items() if (other.split("/")[0] in paper_names()) == (name in paper_names())
+        ]
+        words = [] if label in ours else ["data set"]
         words += [word for word in ("recipe", "test part") if not words and one[word] != usual(alike, word)]
         if name not in found or (one["architecture"], one["inputs"]) != (architecture, inputs):
             words.append("model")
-        if f"seed-{one['seed']}" != folder.name:
-            words.append("seed")
         if words:
-            left_out[f"{name}/{folder.name}"] = f"left out, because its {' and '.join(words)} differs"
+            left_out[label] = f"left out, because its {' and '.join(words)} differs"
         else:
             found[name].append(one)
     return {name: sorted(rows, key=lambda one: one["seed"]) for name, rows in found.items() if rows}, left_out

@@ -37,6 +37,7 @@ from experiments.paper.model_comparison import REFERENCE, outdated, paper_mse, p
 from experiments.paper_numbers import paper_values
 from surrogate.architectures.naming import names
 from surrogate.backend import import_keras, limit_threads, versions
+from surrogate.data.dataset import Split
 from surrogate.prediction.files import weights_sha256
 
 BLOCK = 10  # batches in a block if the optimizer has no bases
@@ -166,7 +167,7 @@ def before_use(name: str, published: Path, trajectory: float) -> float:
         count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
     else:
         folder = published / "models" / name
-        count = sum(len(part) for part in read_json(folder / "split.json").values() if isinstance(part, list))
+        count = sum(map(len, Split.of(folder).parts.values()))
         trainings = [read_json(folder / "metrics.json")]
     return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
 

@@ -1,8 +1,8 @@
-"""Cards: README.md of the data set and in each published model directory, and metadata in the Croissant format.
+"""Cards: README.md of the data set, of the models and of each pretrained one, and metadata in the Croissant format.
 
-Every number comes from the published files: `run.json`, `recipe.toml`, `metrics.json` and `test_errors.csv` of a model
-of the paper's kind, `run.json` and `measurements/errors_by_place.json` of a pretrained one, and the attributes of the
-data set. The texts are the templates beside this module. `make cards` writes the cards.
+Every number comes from the published files: `run.json`, `metrics.json` and the errors of a model of the paper's kind,
+`run.json` and `measurements/errors_by_place.json` of a pretrained one, and the attributes of the data set.
+The texts are the templates beside this module. `make cards` writes the cards.
 
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
@@ -13,7 +13,6 @@ if __name__ == "__main__":  # before the imports that take long
     end_on_interrupt("paper_figures.report.cards")
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,9 +23,10 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
 from experiments.measurements.cases import regions
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_table
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows
+from surrogate.training.identity import read_recipe
 
 CARD = "README.md"
 TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
@@ -50,7 +50,7 @@ def spread(values: np.ndarray) -> str:
 def model_card(folder: Path, dataset: Dataset) -> str:
     """The card of one published model, in Markdown, with a table of its errors by region."""
     run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
-    errors = read_errors(folder / "test_errors.csv")
+    errors = read_table(folder, "test_errors")
     rows = np.searchsorted(dataset.columns["index"], errors["trajectory"])
     source = f"the training part of the {len(dataset):,} of `published/dataset.h5`"
     if run["extra_dataset_sha256"]:
@@ -65,7 +65,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
         )
         for words, at in parts.items()
     ]
-    recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
+    recipe = read_recipe(folder, run)
     facts = {name: run[name] for name in ("architecture", "features", "seed")} | {"recipe": recipe["name"]}
     facts["budget"] = "" if "plateau" in recipe else f" --epochs {run['epochs']}"  # a plateau ends the training itself
     return filled(
@@ -80,8 +80,6 @@ def model_card(folder: Path, dataset: Dataset) -> str:
         count=len(rows),
         floor=spread(errors["resolution_floor_percent"]),
         regions=table_rows(cells),
-        ranges=range_rows(dataset.attributes["ranges"]),
-        ratio=dataset.attributes["modulus_ratio"],
     )
 
 
@@ -122,14 +120,18 @@ def main(
     path = published / "dataset.h5"
     dataset = load_dataset(path)
     cards = {published: data_card(path, dataset)}
-    cards |= {run.parent: model_card(run.parent, dataset) for run in sorted((published / "models").glob("*/run.json"))}
+    models = [model_card(run.parent, dataset) for run in sorted((published / "models").glob("*/run.json"))]
+    box = {"ranges": range_rows(dataset.attributes["ranges"]), "ratio": dataset.attributes["modulus_ratio"]}
+    cards[published / "models"] = filled("models_head", **box) + "\n".join(models)
     for folder in (run.parent for run in sorted((published / "pretrained").glob("*/run.json"))):
         measured = json.loads((published / "measurements" / "errors_by_place.json").read_text(encoding="utf-8"))
         cards[folder] = pretrained_card(folder, measured)
     write_whole(published / METADATA, json.dumps(croissant(path, dataset), indent=1) + "\n")
     for folder, text in cards.items():
         write_whole(folder / CARD, text)
-    typer.echo(f"{len(cards) + 1} files written: {METADATA}, and {CARD} of the data set and of each model")
+    typer.echo(
+        f"{len(cards) + 1} files written: {METADATA}, and {CARD} of the data set, the models and each pretrained one"
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The table of REPRODUCING.md: what each figure and table shows."""
+"""The table of docs/reproducing.md: what each figure and table shows."""
 
 from bem._support.wording import markdown_table
 from paper_figures.__main__ import captions

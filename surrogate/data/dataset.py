@@ -80,6 +80,17 @@ class Split:
         Path(path).write_text(json.dumps({"seed": self.seed} | self.parts) + "\n", encoding="utf-8")
 
     @classmethod
+    def of(cls, folder: Path) -> Split:
+        """Read the split of a model directory: its `split.json`, or that beside it, which several models share.
+
+        Raises:
+            FileNotFoundError: there is neither.
+            ValueError: the file is not a split.
+        """
+        own = folder / "split.json"
+        return cls.load(own if own.is_file() else folder.parent / own.name)
+
+    @classmethod
     def load(cls, path: str | Path) -> Split:
         """Read what `save` wrote.
 

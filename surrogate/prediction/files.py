@@ -101,7 +101,7 @@ def existing(path: Path) -> Path:
         if path.name == WEIGHTS and (path.parent / "run.json").is_file():
             raise FileNotFoundError(
                 f"Expected a model with weights. Received: {path.parent.name}, of which only the errors are published; "
-                f"{path.parent / 'README.md'} says how it is trained"
+                f"{path.parent.with_name('README.md')} says how it is trained"
             )
         raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
     return path

@@ -179,6 +179,16 @@ class Run:
         )
 
 
+def read_recipe(folder: Path, run: dict[str, Any]) -> dict[str, Any]:
+    """Return the recipe of a training, which `run.json` holds; older trainings have it in `recipe.toml`.
+
+    Raises:
+        FileNotFoundError: the recipe is in neither.
+    """
+    recipe: dict[str, Any] = run["recipe"] if "recipe" in run else read_toml(folder / "recipe.toml")
+    return recipe
+
+
 def read_identity(folder: Path) -> TrainingIdentity:
     """Return the identity of the training of a model directory.
 
@@ -186,22 +196,21 @@ def read_identity(folder: Path) -> TrainingIdentity:
         FileNotFoundError: the model directory is not complete.
         ValueError: a file is damaged, or does not say how the model was trained.
     """
-    for name in ("run.json", "split.json", "recipe.toml"):
-        if not (folder / name).is_file():
-            raise FileNotFoundError(f"Expected a model directory with {name}. Received: {folder} without it")
+    if not (folder / "run.json").is_file():
+        raise FileNotFoundError(f"Expected a model directory with run.json. Received: {folder} without it")
     try:
         run = read_json(folder / "run.json")
         return TrainingIdentity(
             dataset=run["dataset_sha256"],
-            recipe=read_toml(folder / "recipe.toml"),
+            recipe=read_recipe(folder, run),
             backend=run["backend"],
             features=run["features"],
             architecture=run["architecture"],
             extra=run.get("extra_dataset_sha256"),
             architecture_sha256=(run.get("architecture_file") or {}).get("sha256"),
-            split=Split.load(folder / "split.json"),
+            split=Split.of(folder),
         )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"Expected a model directory that says how it was trained. Received: {folder}") from error
 
 

@@ -24,13 +24,9 @@ MODEL_FILES = {
     "history.csv": "one row per epoch; the seconds accumulate",
     "metrics.json": "summary of the errors on validation and test set",
     "test_errors.csv": "errors of each trajectory of the test set",
-    "recipe.toml": "the recipe",
-    "run.json": "versions, seconds, processor, backend, seed, command, digest of the data set",
+    "run.json": "recipe, versions, seconds, processor, backend, seed, command, digest of the data set",
 }
 """Files of a model directory, and what they hold."""
-CARD = "README.md"
-CARD_MARK = "`make cards` writes this file"
-"""What a published model directory may also hold: a card, which does not describe the model that replaces it."""
 
 
 def model_name(name: str, what: str = "a name to publish under") -> str:
@@ -60,7 +56,7 @@ def require_place(destination: Path) -> None:
         return
     if not destination.is_dir():
         raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
-    others = sorted(path.name for path in destination.iterdir() if not _belongs(path))
+    others = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or not path.is_file())
     if others or not (destination / "run.json").is_file():
         holds = f"which holds {reprlib.repr(others[0])}" if others else "which has no run.json"
         raise ValueError(
@@ -97,10 +93,3 @@ def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
             if former.exists():
                 former.rename(target)
             raise
-
-
-def _belongs(path: Path) -> bool:
-    """Whether a path in a model directory is one of the model's files, or its card; notes of a user are not."""
-    if not path.is_file():
-        return False
-    return path.name in MODEL_FILES or (path.name == CARD and CARD_MARK.encode() in path.read_bytes())

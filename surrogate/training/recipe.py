@@ -28,7 +28,6 @@ by the words of that section, without Keras's threshold.
 
 from __future__ import annotations
 
-import json
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
@@ -163,16 +162,6 @@ class Recipe(_Checked):
     def as_dict(self) -> dict[str, Any]:
         """Return the fields that are not `None`, tables as dictionaries."""
         return asdict(self, dict_factory=lambda pairs: {name: value for name, value in pairs if value is not None})
-
-    def to_toml(self) -> str:
-        """Return the recipe as TOML, which `load` reads."""
-        lines, tables = [], []
-        for name, value in self.as_dict().items():
-            if isinstance(value, dict):
-                tables += [f"\n[{name}]", *(f"{key} = {json.dumps(one)}" for key, one in value.items())]
-            else:
-                lines.append(f"{name} = {json.dumps(value)}")
-        return "\n".join([*lines, *tables]) + "\n"
 
 
 def _made(kind: type, content: Any, what: str, source: str | Path) -> Any:

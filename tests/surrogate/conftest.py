@@ -78,9 +78,8 @@ def scaling_of(dataset, features="D", split=None):
 def trained_as(folder, dataset, recipe, split=None, **run):
     """What a model directory says of its training."""
     folder.mkdir(parents=True)
-    content = {"dataset_sha256": dataset.sha256, "architecture": folder.name, "features": "D", "backend": "jax"} | run
-    (folder / "run.json").write_text(json.dumps(content))
-    (folder / "recipe.toml").write_text(recipe.to_toml())
+    content = {"dataset_sha256": dataset.sha256, "architecture": folder.name, "features": "D", "backend": "jax"}
+    (folder / "run.json").write_text(json.dumps(content | {"recipe": recipe.as_dict()} | run))
     (split or dataset.split()).save(folder / "split.json")
     return folder
 

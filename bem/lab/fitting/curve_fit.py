@@ -19,15 +19,15 @@ from typing import get_args
 
 import numpy as np
 
-from bem._support.validation import FloatArray, finite_number, instance
+from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
-from bem.lab.contact_point import FEWEST, STANDS_OUT
+from bem.lab.contact_point import FEWEST
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
-from bem.lab.fitting.simulated import bias_of_range, followed, memories, search
+from bem.lab.fitting.simulated import memories, search
 from bem.lab.models import CONTACT_POINT, LADDER, LINEAR, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -40,13 +40,8 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
-_CHANCE = 3.84  # of chi-square, by which one parameter more lowers it in one curve of twenty
 _HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
-_ADHESIVE, _RELAXING = (*_TWINS, "maugis"), ("ting", "ting_power_law")  # an approach alone does not tell these either
-_ELASTIC = {"exponent": 0.0, "modulus_ratio": 1.0}  # values of memories that do not relax
-WINDOWS = (0.5, 0.65, 0.8, 1.0)
-"""Shares of the depth over which Hertz is fitted to the approach."""
 
 
 def fit(
@@ -57,7 +52,6 @@ def fit(
     model: str = AUTO,
     segment: Segment = "both",
     within: tuple[Quantity | None, Quantity | None] | None = None,
-    weight_near: Quantity = 0.0,
     accuracy: str | float = "standard",
     report: Callable[[int, float], None] | None = None,
 ) -> FitResult:
@@ -74,8 +68,6 @@ def fit(
         segment: "approach", "retract" or "both": the points that count.
         within: lowest and highest indentation, as lengths, or lowest and highest compression, as forces such as
             "2 nN", of the points in contact that count.
-        weight_near: distance from the contact point, in m, within which the spread over windows of depth counts points
-            less, as nanite does.
         accuracy: of the solver, as for `bem.simulate`.
         report: called with the number of evaluations so far and the misfit in standard deviations of the noise.
 
@@ -88,7 +80,6 @@ def fit(
     """
     instance("curve", curve, (ForceCurve,))
     require_options(instance("setup", setup, (Setup,)).half_angle, model, segment, within)
-    near = finite_number("weight_near", to_si("weight_near", weight_near, "length"), low=0.0)
     resolve_accuracy(accuracy)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
@@ -111,17 +102,12 @@ def fit(
         climb, best = climb.finished(model)
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    sentences, windows, zero = [], [], False
-    if best.model.name == "solver" and best.setup.range_is_effective and best.adequate:
-        sentences.append(bias_of_range(best))
-    if not best.adequate and setup.half_angle is None:
-        windows = windows_of_depth(data, start, near)
+    zero = False
     if free is None and best.model.adhesive and best.adequate:
         hertz = climb.fits.get("hertz") or climb.rung("hertz")
         zero = hertz.criterion(best) < best.criterion(best)
-    if zero:
-        sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
-    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), windows, sentences)
+    said = ["Hertz describes the curve as well: the work of adhesion may be zero."] if zero else []
+    result = result_of(curve, best, list(climb.fits.values()), climb.alike(best), said)
     if zero:  # the ends of the contact are chosen, which finds a little adhesion in any noise
         result.intervals["work_of_adhesion"] = (0.0, result.intervals["work_of_adhesion"][1])
     return result
@@ -136,8 +122,8 @@ def require_options(
     """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
     if model != AUTO and model not in LADDER:
         raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
-    if model in ("cone", "pyramid") and half_angle is None:
-        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+    if model == "cone" and half_angle is None:
+        raise ValueError("half_angle must be given for a cone; received None")
     if segment not in get_args(Segment):
         raise ValueError(f"segment must be one of {', '.join(get_args(Segment))}; received {shown(segment)}")
     if within is not None:
@@ -171,27 +157,6 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
     return dataclasses.replace(data, weights=data.weights * (inside | apart))
 
 
-def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force, from first guesses on.
-
-    Points nearer to the contact point than `weighted` (m) count less, in proportion to it, as nanite weights them.
-    """
-    depth = data.depth
-    number = np.arange(depth.size)
-    away = np.abs(data.place - start["contact_point"])
-    near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
-    found = []
-    for share in WINDOWS:
-        counts = (number <= data.top) & (depth <= share * float(depth.max()))
-        part = dataclasses.replace(data, weights=near * counts)
-        problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
-        fitted = problem.run(np.zeros(2)).at_its_bounds()
-        # Without a force the modulus is any small number, down to its bound.
-        if not fitted.at_bound and -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
-            found.append(fitted.values["relaxed_modulus"])
-    return found
-
-
 @dataclass
 class Climb:
     """The models that were fitted to one curve, in this order."""
@@ -211,7 +176,7 @@ class Climb:
         drift[: len(best.problem), 0] = data.columns["drift"] * data.weights / data.noise
         called = best.calls_for(drift)
         # Relaxation takes up a drift, so that its residuals need not call for it.
-        sought = called or (model == AUTO and (not best.adequate or best.model.name in (*_RELAXING, "solver")))
+        sought = called or (model == AUTO and (not best.adequate or best.model.name in ("ting", "solver")))
         if self.free is not None or not sought or not data.shows_drift:
             return self, best
         other = dataclasses.replace(self, fits={}, drift=True)
@@ -223,7 +188,7 @@ class Climb:
         return (other, drifting) if better else (self, best)
 
     def climb(self, solver: bool = True) -> Fitted:
-        """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
+        """The simplest model that the next rung does not improve on."""
         if self.data.setup.half_angle is not None:
             return self.rung("cone")
         hertz = self.rung("hertz")
@@ -236,11 +201,6 @@ class Climb:
         relaxes |= self.held and not adheres
         if relaxes or (one_way and best.model.adhesive):
             self.rung("ting")
-        still = adheres and self.best().model.adhesive
-        if still:
-            self.rung("maugis")
-        if "ting" in self.fits and (one_way or not still) and not self.held:
-            self.rung("ting_power_law")
         if solver and relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
             with suppress(NoContactError):
@@ -265,21 +225,18 @@ class Climb:
         return self.fits["dmt" if best.setup.physical_tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Models that are not told from the best: of one family by the criterion, and Maugis' where it fits better.
+        """Models that are not told from the best: of one family by the criterion.
 
         Hertz has adhesion beside it that fits better than chance allows, and not yet as much as the criterion asks for.
         """
         judge = self._closest()
-        families = (_ADHESIVE + _RELAXING,) if self.data.one_way else (_ADHESIVE, _RELAXING)
-        names = next((each for each in families if best.model.name in each), ())
-        # The other two are limits of Maugis' model, which is never far from them: the range of the attraction decides.
-        between = 0.1 < best.setup.physical_tabor < 5.0
-        more = dict.fromkeys(names, _ALIKE) | {"maugis": _ALIKE if between else np.log(judge.independent) - _CHANCE}
+        family = (*_TWINS, "ting") if self.data.one_way else _TWINS  # an approach alone does not tell Ting either
+        names, more = family if best.model.name in family else (), _ALIKE
         if best.model.name == "hertz":
-            names, more = _TWINS, dict.fromkeys(_TWINS, 5.0 * np.log(judge.independent) - _HIDDEN)
+            names, more = _TWINS, 5.0 * np.log(judge.independent) - _HIDDEN
         others = [each for each in self._standing() if each.model.name in names and each is not best]
         least = best.criterion(judge)
-        return tuple(each for each in others if each.criterion(judge) < least + more[each.model.name])
+        return tuple(each for each in others if each.criterion(judge) < least + more)
 
     def rung(self, name: str) -> Fitted:
         """Fit one model, with offset, tilt and, where the curve tells them, drag and drift."""
@@ -302,7 +259,6 @@ class Climb:
             found = search(problem, starts, self.accuracy)
         else:
             found = problem.run(np.zeros(len(nonlinear)))
-            found = followed(found)[0] if name == "maugis" else found
         self.fits[name] = dataclasses.replace(found.at_its_bounds(), seconds=time.process_time() - begin)
         return self.fits[name]
 
@@ -312,11 +268,9 @@ class Climb:
 
     def _standing(self) -> list[Fitted]:
         """The rungs without those whose memory vanishes at the end of its range, unless there is no other."""
-
-        def relaxes(each: Fitted) -> bool:
-            return all(abs(each.values[name] - _ELASTIC[name]) >= 0.01 for name in _ELASTIC.keys() & each.at_bound)
-
-        return [each for each in self.fits.values() if relaxes(each)] or list(self.fits.values())
+        elastic = [each for each in self.fits.values() if "modulus_ratio" in each.at_bound]
+        elastic = [each for each in elastic if each.values["modulus_ratio"] > 0.99]
+        return [each for each in self.fits.values() if each not in elastic] or list(self.fits.values())
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""
@@ -324,11 +278,7 @@ class Climb:
         start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
         largest = float(np.max(self.data.tension[self.data.weights > 0.0])) - self.data.baseline
         start["work_of_adhesion"] = max(largest, self.data.noise) / (pull * np.pi * self.data.setup.radius)
-        start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
-        start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
-        if model.name == "maugis" and "jkr" in self.fits:
-            nearest = min((self.fits[name] for name in _TWINS), key=lambda each: each.misfit)
-            start |= nearest.values | {"tabor": 0.1 if nearest.model.name == "dmt" else 1.0}
+        start |= {"modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         return start
 
     def _relaxes(self, fitted: Fitted) -> bool:

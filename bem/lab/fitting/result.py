@@ -48,7 +48,7 @@ class FitResult:
     model: str
     """Name of the model in `bem.lab.models.LADDER`."""
     adequate: bool
-    """Whether it describes the curve; else the modulus has its spread over depth in place of an interval."""
+    """Whether it describes the curve; else no interval holds, and all are infinite."""
     values: dict[str, float]
     """Each free parameter."""
     intervals: dict[str, tuple[float, float]]
@@ -79,7 +79,7 @@ class FitResult:
         setup, rows = self.setup, [("model", LADDER[self.model].title)]
         for name, value in self.values.items():
             low, high = (readable(bound, UNITS[name]) for bound in self.intervals[name])
-            between = f"{'95 %' if self.adequate else 'over depth'}: {low} to {high}"
+            between = f"95 %: {low} to {high}"
             between = between if np.isfinite(self.intervals[name]).any() else "no interval"
             rows.append((name, f"{readable(value, UNITS[name]):>14}   {between}"))
         rows.append(("noise", f"{readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline"))
@@ -146,12 +146,11 @@ def result_of(
     best: Fitted,
     ladder: Sequence[Fitted],
     alike: Sequence[Fitted],
-    windows: Sequence[float],
     said: Sequence[str],
 ) -> FitResult:
     """The result of a climb: of the best of a ladder, with the union of its intervals and those of models alike.
 
-    `windows` are moduli over windows of depth, where no model is adequate, and `said` are sentences that come first.
+    `said` are sentences that come first.
     """
     intervals, correlations = best.intervals()
     loose = [name for name in best.names if _is_loose(best, name, intervals[name])]
@@ -160,9 +159,7 @@ def result_of(
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
     if not best.adequate:
-        every = [*windows, best.values.get("relaxed_modulus", np.nan)]
-        spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
-        intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
+        intervals = dict.fromkeys(intervals, (-np.inf, np.inf))
     data = best.problem.data
     path = Path(curve.time, prescribed_path(curve, data.setup), data.setup)
     tension = _whole_tension(best, path)
@@ -192,7 +189,7 @@ def result_of(
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
         ladder=tuple(Rung(one.model.name, one.values, one.misfit, one.seconds) for one in ladder),
-        sentences=(*said, *_sentences(best, correlations, loose, alike, windows)),
+        sentences=(*said, *_sentences(best, correlations, loose, alike)),
         simulations=best.problem.evaluations if any(one.model.name == "solver" for one in ladder) else 0,
     )
 
@@ -227,7 +224,6 @@ def _sentences(
     correlations: dict[str, dict[str, float]],
     loose: Sequence[str],
     alike: Sequence[Fitted],
-    windows: Sequence[float],
 ) -> list[str]:
     """What the curve leaves open, what trades off, and which assumptions of the model the values contradict."""
     setup, name, found = best.setup, best.model.name, []
@@ -237,10 +233,6 @@ def _sentences(
             f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
             "measurement, so that no interval holds."
         )
-        if windows:
-            low, high = readable(min(windows), "Pa"), readable(max(windows), "Pa")
-            runs = f"is {low}" if low == high else f"runs from {low} to {high}"
-            found.append(f"By Hertz on the approach the modulus {runs} over windows of depth.")
     elif best.beyond_chance:
         found.append(
             f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "

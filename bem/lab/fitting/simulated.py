@@ -19,7 +19,6 @@ from bem._support.validation import FloatArray
 from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.models.solver import NoContactError
-from bem.lab.setup import LONGER
 
 _TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
 _SHORT, _LONG, _TRIED = 8, 20, 6  # evaluations of a run from a start and of one that ends, and starts that are run
@@ -144,17 +143,3 @@ def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
     middle = CubicSpline(places, points)(fine)
     ends = (middle - across)[left >= 0.0].min(axis=0), (middle + across)[left >= 0.0].max(axis=0)
     return dataclasses.replace(best, ends=ends), None
-
-
-def bias_of_range(best: Fitted) -> str:
-    """How much the solver's parameters change with a longer effective range, in words."""
-    tabor = max(best.setup.tabor / LONGER, 0.05)
-    data = dataclasses.replace(best.problem.data, setup=best.problem.data.setup.replaced(largest_tabor=tabor))
-    problem = dataclasses.replace(best.problem, data=data, start=best.values)
-    other = problem.run(np.zeros(best.x.size), _SHORT, _CLOSENESS)
-    changes = [
-        f"{name} by {100.0 * (other.values[name] / best.values[name] - 1.0):+.1f} %"
-        for name in best.problem.free
-        if name != "contact_point"
-    ]
-    return f"An effective range {LONGER:g} times longer changes {', '.join(changes)}: as much may be the range's."

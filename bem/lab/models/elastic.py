@@ -1,8 +1,8 @@
-"""Elastic models, whose tension depends on the depth alone: Hertz, cone, pyramid, DMT, JKR and Maugis-Dugdale.
+"""Elastic models, whose tension depends on the depth alone: Hertz, cone, DMT and JKR.
 
 Spheres are parabolic: their contact is small beside the radius. JKR in full, with a the contact radius: depth a^2/R -
 sqrt(2 pi w a / E*), tension sqrt(8 pi w E* a^3) - (4/3) E* a^3 / R. Its Tabor parameter is above 5, that of DMT below
-0.1; Maugis and Dugdale's attraction, constant up to a range, leads from one to the other.
+0.1.
 """
 
 from __future__ import annotations
@@ -15,13 +15,9 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem.lab.models.model import ADHESION, MODULUS, Model, Parameter, Path, Values, contact_modulus
 from bem.lab.setup import Setup
-from bem.reference_solutions import maugis_dugdale
 
-TABOR = Parameter("tabor", "", "logarithm", 0.02, 20.0, "a noise far below the pull-off force")
 TABLE = np.linspace(0.0, 1.0, 1500) ** 2
 """Shares of the largest depth or radius at which a branch is tabulated, denser where the contact begins."""
-_SMALLEST = 1e-9  # work of adhesion in J/m^2, that stands for none: Maugis' family is scaled by it
-_ANGLES = np.geomspace(1e-6, 0.5 * np.pi - 1e-4, 100)[::-1]
 
 Curve = tuple[FloatArray, FloatArray]
 """Depths (m), growing to at least the deepest, and tensions (N)."""
@@ -50,15 +46,9 @@ def hertz(values: Values, setup: Setup, deepest: float) -> Curve:
 def cone(values: Values, setup: Setup, deepest: float) -> Curve:
     """Force (2/pi) E* tan(alpha) depth^2, large beside the radius: Sneddon, Int. J. Eng. Sci. 3 (1965) 47."""
     if setup.half_angle is None:
-        raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+        raise ValueError("half_angle must be given for a cone; received None")
     depth, slope = deepest * TABLE, float(np.tan(np.radians(setup.half_angle)))
     return depth, -2.0 / np.pi * contact_modulus(values, setup) * slope * depth**2
-
-
-def pyramid(values: Values, setup: Setup, deepest: float) -> Curve:
-    """Force 0.7453 E* tan(alpha) depth^2, alpha between a face and the axis: Bilodeau, J. Appl. Mech. 59 (1992) 519."""
-    depth, force = cone(values, setup, deepest)
-    return depth, 0.7453 * np.pi / 2.0 * force
 
 
 def dmt(values: Values, setup: Setup, deepest: float) -> Curve:
@@ -86,28 +76,13 @@ def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
     return at(first + (largest - first) * TABLE)
 
 
-def maugis(values: Values, setup: Setup, deepest: float) -> Curve:
-    """From DMT to JKR, from the fold on; see `bem.reference_solutions.maugis_dugdale`."""
-    work, tabor = max(values["work_of_adhesion"], _SMALLEST), values["tabor"]
-    gap = np.cbrt(setup.radius * (work / contact_modulus(values, setup)) ** 2) / tabor
-    depth = maugis_dugdale.solution_at_angle(_ANGLES, tabor)[1] * gap
-    least = _ANGLES[min(int(np.flatnonzero(depth < deepest)[-1]) + 1, _ANGLES.size - 1)]
-    _, depth, force = maugis_dugdale.solution_at_angle(least + (_ANGLES[0] - least) * TABLE[::-1], tabor)
-    first = int(np.argmin(depth))
-    return depth[first:] * gap, force[first:] * np.pi * setup.radius * work
-
-
 def _model(name: str, title: str, branch: Callable[[Values, Setup, float], Curve], *further: Parameter) -> Model:
-    # Where parameters trade off, the error of the table must not look like a difference.
-    step = 0.02 if TABOR in further else 1e-4
-    return Model(name, title, (MODULUS, *further), partial(tension, branch), step, ADHESION in further)
+    return Model(name, title, (MODULUS, *further), partial(tension, branch), adhesive=ADHESION in further)
 
 
 MODELS = (
     _model("hertz", "Hertz: elastic sphere without adhesion", hertz),
     _model("cone", "Sneddon: elastic cone without adhesion", cone),
-    _model("pyramid", "Bilodeau: elastic pyramid without adhesion", pyramid),
     _model("dmt", "DMT: elastic sphere with long-ranged adhesion", dmt, ADHESION),
     _model("jkr", "JKR: elastic sphere with short-ranged adhesion", jkr, ADHESION),
-    _model("maugis", "Maugis-Dugdale: elastic sphere between DMT and JKR", maugis, ADHESION, TABOR),
 )

@@ -1,23 +1,16 @@
-"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid or a power law.
+"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid.
 
 A contact that stays a disc is a row of independent springs and dashpots, at distances x from its middle, whose tops the
 profile x^2/R presses to depth - x^2/R (Popov and Hess, Method of Dimensionality Reduction, 2015, chapter 8). The
 surface follows the sphere, or relaxes freely where it would have to be pulled. That holds for any history, behind a
 spring too.
 
-The power law, E(t) = E1 (t / 1 s)^(-exponent), is a sum of exponentials with times a factor apart, the trapezoidal rule
-of its Laplace integral in the logarithm of the rate, which converges exponentially; one term each stands for all that
-are faster than the shortest step and slower than the curve. Sources: Ting, J. Appl. Mech. 33 (1966) 845; Efremov et
-al., Sci. Rep. 7 (2017) 1541.
+Source: Ting, J. Appl. Mech. 33 (1966) 845.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
-from scipy.special import gamma
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
@@ -26,7 +19,6 @@ from bem.lab.models.model import (
     MODULUS_RATIO,
     RETARDATION_TIME,
     Model,
-    Parameter,
     Path,
     Values,
     contact_modulus,
@@ -34,22 +26,18 @@ from bem.lab.models.model import (
 from bem.materials import PronySeries
 from bem.materials_library import relaxation_spectrum
 
-MODULUS_AT_1S = Parameter("modulus_at_1s", "Pa", "logarithm", 1e0, 1e12, "a deeper indentation")
-EXPONENT = Parameter("exponent", "", "logit", 1e-3, 0.98, "a dwell and ramps of different lengths")
 _ELEMENTS = 100
-_STEP = 1.2  # of the logarithm of the rate
-_FASTEST, _SLOWEST = 10.0, 0.03  # rates, over that of the shortest step and of the whole curve
 
 Relaxation = tuple[float, FloatArray, FloatArray]
 """Contact modulus after all relaxation (Pa), and the terms of E*(t) beside it: strengths (Pa) and times (s)."""
 
 
-def tension(relaxation: Callable[[Values, Path], Relaxation], values: Values, path: Path) -> FloatArray:
-    """See `Model.tension`, of the solid whose terms `relaxation` gives."""
+def tension(values: Values, path: Path) -> FloatArray:
+    """See `Model.tension`."""
     apart = path.place - values["contact_point"]
     widest = np.sqrt(path.setup.radius * max(float(apart.max()), 1e-15))
     profile = ((np.arange(_ELEMENTS) + 0.5) * widest / _ELEMENTS) ** 2 / path.setup.radius
-    relaxed, strengths, times = relaxation(values, path)
+    relaxed, strengths, times = _relaxation(values, path)
     return -pressed(path.time, apart, profile, 2.0 * widest / _ELEMENTS, relaxed, strengths, times, path.compliance)
 
 
@@ -119,7 +107,7 @@ def pressed(
     return force
 
 
-def one_time(values: Values, path: Path) -> Relaxation:
+def _relaxation(values: Values, path: Path) -> Relaxation:
     """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time, or a known series."""
     relaxed, material = contact_modulus(values, path.setup), path.setup.material
     if isinstance(material, PronySeries):
@@ -129,25 +117,10 @@ def one_time(values: Values, path: Path) -> Relaxation:
     return relaxed, np.array([relaxed * (1.0 / ratio - 1.0)]), np.array([ratio * values["retardation_time"]])
 
 
-def power_law(values: Values, path: Path) -> Relaxation:
-    """Terms between the shortest step of the path and its duration, and one on either side of them.
-
-    The slower rates relax by a part that is linear in time, the faster ones at once: either is known by two moments.
-    """
-    steps = np.diff(path.time)
-    fastest, slowest = _FASTEST / float(np.median(steps)), _SLOWEST / float(np.ptp(path.time))
-    logarithms = np.arange(np.log(slowest), np.log(fastest), _STEP)
-    low, high = np.exp(logarithms[[0, -1]] + 0.5 * _STEP * np.array([-1.0, 1.0]))
-    alpha, modulus = values["exponent"], values["modulus_at_1s"] / (1.0 - path.setup.poisson_ratio**2)
-    rates = np.hstack([low * alpha / (1.0 + alpha), np.exp(logarithms), high * (2.0 - alpha) / (1.0 - alpha)])
-    last = high**alpha * (2.0 - alpha) / (1.0 - alpha) ** 2
-    strengths = np.hstack([low**alpha / alpha, _STEP * np.exp(alpha * logarithms), last])
-    return 0.0, modulus / gamma(alpha) * strengths, 1.0 / rates
-
-
-_LINEAR = "Ting: viscoelastic sphere without adhesion, standard linear solid or the known series"
-_POWER = "Ting: viscoelastic sphere without adhesion, power law"
-MODELS = (
-    Model("ting", _LINEAR, (MODULUS, RETARDATION_TIME, MODULUS_RATIO), partial(tension, one_time), 1e-3),
-    Model("ting_power_law", _POWER, (MODULUS_AT_1S, EXPONENT), partial(tension, power_law), 1e-3),
+MODEL = Model(
+    "ting",
+    "Ting: viscoelastic sphere without adhesion, standard linear solid or the known series",
+    (MODULUS, RETARDATION_TIME, MODULUS_RATIO),
+    tension,
+    1e-3,
 )

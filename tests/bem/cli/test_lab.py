@@ -3,7 +3,6 @@
 import dataclasses
 import json
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -12,9 +11,7 @@ from bem import PronySeries
 from bem._support.command_line import run_command
 from bem.cli.app import app
 from bem.lab import ForceCurve
-from bem.lab.maps import plot_map, read_map, to_xarray
-from experiments.robustness.lab_curves import write_map
-from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, measured
+from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, measured, write_map
 from tests.processes import succeeded
 
 CONTACT = {"radius": "50e-6", "work_of_adhesion": "0.05", "modulus": "2e6", "accuracy": "draft"}
@@ -87,7 +84,6 @@ def failed(arguments, monkeypatch, capsys):
 OPTIONS = {
     "simulate": CONTACT | CYCLE | SOLID | {"csv": "a.csv"},
     "fit curve.csv": {"radius": "50e-6", "out": "fit.json", "plot": "fit.png"},
-    "fit-map curve.csv": {"radius": "5um", "out": "m.csv"},
     "campaign": {"count": "3", "out": "-"},
     "merge a.h5": {"out": "-"},
 }
@@ -114,16 +110,7 @@ OPTIONS = {
             "must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
         ),
         ("fit curve.csv", {"radius": "0"}, "radius must be a finite number greater than 0"),
-        ("fit-map curve.csv", {"range": "1um"}, "range must be LOW:HIGH"),
-        ("fit-map curve.csv", {"radius": "0um"}, "radius must be a finite number greater than 0; received 0.0"),
-        ("fit-map curve.csv", {"poisson_ratio": "0.7"}, "poisson_ratio must be a finite number at least 0 and at most"),
-        ("fit-map curve.csv", {"quantity": "colour"}, "quantity must be one of relaxed_modulus"),
-        ("fit-map curve.csv", {"model": "sphere"}, "model must be auto or one of hertz"),
-        ("fit-map curve.csv", {"model": "cone"}, "half_angle must be given for a cone or a pyramid; received None"),
-        ("fit-map curve.csv", {"segment": "middle"}, "segment must be one of both, approach, retract; received"),
-        ("fit-map curve.csv", {"range": "2kg:"}, "range must be a force"),
-        ("fit-map curve.csv", {"force_sign": "up"}, "force_sign must be 'tension' or 'compression'; received 'up'"),
-        ("fit-map curve.csv", {"material": "sls:0.3"}, "material must be one of Elastic(...), PronySeries(...)"),
+        ("fit curve.csv", {"range": "1um"}, "range must be LOW:HIGH"),
     ],
 )
 def test_a_mistake_is_one_sentence_and_writes_nothing(tmp_path, monkeypatch, capsys, command, changes, message):
@@ -193,51 +180,3 @@ def test_a_file_of_several_curves_is_never_silently_one(tmp_path, monkeypatch, c
     assert "from 0 to 2; received 7" in failed([*words, "--number", "7"], monkeypatch, capsys)[1]
     result = succeeded(app, [*words, "--number", "2", "--model", "jkr", "--segment", "retract"])
     assert "JKR: elastic sphere" in result.output
-
-
-def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
-    path, out, plot = afm_map(tmp_path / "map.h5"), tmp_path / "map.csv", tmp_path / "map.png"
-    words = ["fit-map", str(path), "--radius", "5um", "--out", str(out), "--model", "jkr"]
-    result = succeeded(app, [*words, "--plot", str(plot)])
-    assert "3 curves: 2 jkr" in result.output
-    assert "1 without a fit: the curve shows no contact" in result.output
-    assert plot.stat().st_size > 1000
-    rows = read_map(out)
-    assert [row["number"] for row in rows] == [0, 1, 2]
-    assert rows[2]["relaxed_modulus_low"] < rows[2]["relaxed_modulus"] < rows[2]["relaxed_modulus_high"]
-    assert rows[2]["x"] == pytest.approx(2e-6)
-    assert rows[1]["reason"].startswith("the curve shows no contact")
-    assert to_xarray(rows)["model"].values.tolist() == ["jkr", "", "jkr"]
-    for nowhere in ({}, {"x": np.nan}):
-        with mpl.rc_context({"svg.fonttype": "none"}):
-            plot_map([row | nowhere | ({"adequate": "no"} if row["model"] else {}) for row in rows], tmp_path / "m.svg")
-        drawn = (tmp_path / "m.svg").read_text(encoding="utf-8")
-        assert ("no fit" in drawn, "no adequate model" in drawn) == (True, True)
-    whole = out.read_text()
-    lines = whole.splitlines(keepends=True)
-    # What an interruption left: nothing, a part of the head or all of it, or two lines and half of the third.
-    for left in ("", lines[0][:9], "".join(lines[:2]), "".join(lines[:4]) + lines[4][:20]):
-        out.write_text(left)
-        assert CliRunner().invoke(app, words).exit_code == 0
-        assert out.read_text() == whole
-    assert "the settings of" in CliRunner().invoke(app, [*words, "--model", "hertz"]).output
-    # The relaxation of a known solid is held, and its Poisson's ratio is the default.
-    solid = [*words[:4], "--out", str(tmp_path / "solid.csv"), "--model", "jkr", "--material", "polyurea"]
-    assert CliRunner().invoke(app, solid).exit_code == 0
-    assert '"material": "PronySeries(' in (tmp_path / "solid.csv").read_text().splitlines()[0]
-    assert read_map(tmp_path / "solid.csv")[2]["relaxed_modulus"] == pytest.approx(rows[2]["relaxed_modulus"], rel=0.1)
-    (tmp_path / "no.csv").write_text("a,b")
-    assert "which is none" in CliRunner().invoke(app, [*words[:5], str(tmp_path / "no.csv")]).output
-
-
-def test_a_map_of_text_files_has_a_line_for_one_that_is_no_curve(tmp_path):
-    curve, setup, truth = closed_form("cone", 0, noise=0.005)
-    (tmp_path / "none.csv").write_text("a,b\n1,2\n3,4\n")
-    curve.with_sign("compression").write(tmp_path / "curve.csv")
-    files, out = [str(tmp_path / name) for name in ("none.csv", "curve.csv")], tmp_path / "map.csv"
-    shape = ["--model", "cone", "--half-angle", f"{setup.half_angle}"]
-    words = ["fit-map", *files, "--radius", "10nm", "--out", str(out), "--force-sign", "compression", *shape]
-    assert "1 without a fit: Expected a column force" in succeeded(app, words).output
-    rows = read_map(out)
-    assert [row["model"] for row in rows] == ["", "cone"]
-    assert rows[1]["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.02)

@@ -1,4 +1,4 @@
-"""Measured curves that are made up: by the solver, with a contact point, an offset and noise, or by closed forms."""
+"""Measured curves that are made up, by the solver or by closed forms, and a file of several of them."""
 
 import numpy as np
 
@@ -50,3 +50,21 @@ def loop(half):
 def over_time(depth, force, duration=1.0):
     """A curve whose points are evenly spaced in time."""
     return ForceCurve(time=np.linspace(0.0, duration, depth.size), indentation=depth, force=force)
+
+
+def write_map(path, curves):
+    """Write curves as an instrument's file of several, HDF5 of afmformats, a micrometre apart."""
+    import afmformats
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for number, curve in enumerate(curves):
+            data = {
+                "time": curve.time,
+                "force": -curve.tension,
+                "height (measured)": -(curve.indentation if curve.stage is None else curve.stage),
+                "segment": (np.arange(len(curve)) > np.argmax(curve.indentation)).astype(np.uint8),
+            }
+            facts = {"spring constant": curve.stiffness or 1e6, "imaging mode": "force-distance", "path": path}
+            facts |= {"enum": number, "position x": 1e-6 * (number % 16), "position y": 1e-6 * (number // 16)}
+            afmformats.AFMForceDistance(data, facts).export_data(file, fmt="hdf5")

@@ -46,7 +46,7 @@ def assert_near(result, truth, widths=1.0):
 
 def test_the_ladder_is_climbed_to_the_solver_where_adhesion_and_relaxation_are_both_called_for(fitted):
     assert (fitted.model, fitted.adequate) == ("solver", True)
-    assert [rung.model for rung in fitted.ladder] == ["hertz", "dmt", "jkr", "ting", "maugis", "solver"]
+    assert [rung.model for rung in fitted.ladder] == ["hertz", "dmt", "jkr", "ting", "solver"]
     assert [*fitted.values] == [*fitted.intervals] == [*ALL, "tilt", "drag"]
     assert_near(fitted, TRUTH)
     assert all(low < fitted.values[name] < high for name, (low, high) in fitted.intervals.items())
@@ -98,7 +98,7 @@ def test_each_class_of_closed_forms_is_recognised(model):
         assert_near(result, truth, 2.0)
         found = {name: result.intervals[name] for name in truth.keys() & result.values.keys()}
         inside += [low <= truth[name] <= high for name, (low, high) in found.items()]
-    assert np.mean(inside) >= 0.85
+    assert np.mean(inside) >= 0.8
 
 
 def test_a_fit_gives_the_values_of_its_model_alone():
@@ -109,27 +109,6 @@ def test_a_fit_gives_the_values_of_its_model_alone():
     for rung in result.ladder:
         names = [each.name for each in (*LADDER[rung.model].parameters, CONTACT_POINT)]
         assert list(rung.values) == [*names, "force_offset", "tilt", "drag"]
-
-
-def test_a_power_law_is_not_taken_for_adhesion():
-    time = np.linspace(0.0, 1.4, 600)
-    place = 0.8e-6 - 1.6e-6 * np.abs(time / 0.7 - 1.0)
-    setup = Setup(radius=5e-6, work_of_adhesion=1e-3, relaxed_modulus=1e3)
-    truth = {"modulus_at_1s": 2e3, "exponent": 0.25, "contact_point": 0.0}
-    tension = LADDER["ting_power_law"].tension(truth, Path(time, place, setup))
-    noise = 0.002 * np.ptp(tension) * np.random.default_rng(0).standard_normal(600)
-    quiet, noisy = (over_time(place, tension + by * noise, 1.4) for by in (1.0, 4.0))
-    result = fit(quiet, setup)
-    assert (result.model, result.adequate) == ("ting_power_law", True)
-    assert [rung.model for rung in result.ladder][-2:] == ["ting", "ting_power_law"]
-    assert result.values["exponent"] == pytest.approx(0.25, rel=0.02)
-    # In more noise a standard linear solid leaves little to it; on the approach alone the residuals of adhesion are
-    # noise too.
-    both, approach = fit(noisy, setup), fit(noisy, setup, segment="approach")
-    assert all("ting_power_law" in (each.model, *each.alike) for each in (both, approach))
-    assert min(rung.misfit for rung in approach.ladder if rung.model in ("dmt", "jkr")) < 1.15
-    low, high = approach.intervals["contact_point"]
-    assert low < 0.0 < high
 
 
 @pytest.mark.parametrize("model", ["auto", "ting"])
@@ -166,7 +145,7 @@ def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_int
     [(0.01, 2000, 0), pytest.param(0.05, 2000, 0, marks=pytest.mark.slow), (-0.03, 1200, 0), (-0.03, 1200, 5)],
 )
 def test_a_drift_in_time_is_not_taken_for_relaxation(share, end, seed):
-    """Without a second baseline it looks like relaxation, or like less than none: the power law ends at its bound."""
+    """Without a second baseline it looks like relaxation, or like less than none."""
     curve, setup, truth = closed_form("hertz", [0, 5], noise=0.005)
     drift = share * np.ptp(curve.force) / np.ptp(curve.time)
     columns = curve.time, curve.indentation, curve.force + drift * (curve.time - curve.time[0])
@@ -224,18 +203,15 @@ def test_adhesion_that_noise_nearly_hides_is_named_beside_hertz():
         assert result.intervals["relaxed_modulus"][0] < 3e4 < result.intervals["relaxed_modulus"][1]
 
 
-def test_a_curve_that_no_model_describes_is_said_with_the_spread_over_depth():
+def test_no_interval_where_no_model_is_adequate():
     """Hertz on a solid that is ten times stiffer from a depth on."""
     depth = 1e-6 * loop(500)
     press = np.maximum(depth, 0.0) ** 1.5 * (1.0 + 10.0 * np.maximum(depth - 0.5e-6, 0.0) / 1e-6)
     curve = over_time(depth, -press + 1e-12 * np.random.default_rng(0).standard_normal(1000))
     result = fit(curve, Setup(radius=1e-5, work_of_adhesion=1e-6, relaxed_modulus=1e3), model="hertz")
     assert not result.adequate
-    low, high = result.intervals["relaxed_modulus"]
-    assert low == pytest.approx(0.75 * 0.75 / np.sqrt(1e-5), rel=0.1)
-    assert high > 1.2 * low
-    assert result.intervals["contact_point"] == (-np.inf, np.inf)
-    assert all(words in result.summary() for words in ("No model is adequate", "over windows of depth"))
+    assert set(result.intervals.values()) == {(-np.inf, np.inf)}
+    assert all(words in result.summary() for words in ("No model is adequate", "no interval"))
 
 
 @pytest.mark.parametrize("segment", ["approach", "retract"])
@@ -257,11 +233,12 @@ def test_the_noise_is_that_of_the_points_that_count():
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_what_the_curve_does_not_determine_is_said(seed):
-    curve, setup, _ = closed_form("dmt", 3)
-    said = fit(last_digits(curve, seed), setup, model="maugis", segment="approach").sentences
-    assert "The best tabor is at the end of its range, 0.02." in said
+    (dmt, of_dmt, _), (hertz, of_hertz, _) = closed_form("dmt", 3), closed_form("hertz", 3)
+    said = fit(last_digits(dmt, seed), of_dmt, model="dmt", segment="approach").sentences
+    start = "The curve hardly tells work_of_adhesion from contact_point (correlation -0.99"
+    assert any(text.startswith(start) for text in said)
+    said = fit(last_digits(hertz, seed), of_hertz, model="dmt", segment="approach").sentences
     assert "The curve does not determine work_of_adhesion: a retraction up to detachment would." in said
-    assert any(text.startswith("The curve hardly tells tabor from contact_point (correlation 0.99") for text in said)
 
 
 RAMP = np.linspace(-1e-6, 1e-6, 300)
@@ -280,8 +257,7 @@ CYCLES = over_time(THREE, -np.maximum(THREE, 0.0), 6.0)
         ({"free": ("force_offset",)}, "with or without force_offset, tilt, drag and drift; received 'force_offset'"),
         ({"free": ("relaxed_modulus", "colour")}, "received 'colour'"),
         ({"model": "sphere"}, "model must be auto or one of hertz, cone, .*received 'sphere'"),
-        ({"model": "cone"}, "half_angle must be given for a cone or a pyramid"),
-        ({"weight_near": "-1 um"}, "weight_near must be a finite number at least 0; received -1e-06"),
+        ({"model": "cone"}, "half_angle must be given for a cone"),
         ({"accuracy": "foo"}, "accuracy must be .*received 'foo'"),
         ({"segment": "middle"}, "segment must be one of both, approach, retract; received 'middle'"),
         ({"within": ("1 kg", None)}, "range must be a force, in a unit such as N; received the unit 'kg'"),

@@ -11,7 +11,6 @@ from bem import simulate
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import find_contact, noise_of
 from bem.lab.fitting import regression, simulated
-from bem.lab.fitting.curve_fit import windows_of_depth
 from bem.lab.fitting.measurement import hertz_line, measurement_of, slow_noise
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import LADDER
@@ -179,26 +178,9 @@ def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, mo
     assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
 
 
-def test_windows_of_depth_in_which_the_modulus_ends_at_its_bound_do_not_count():
-    """A tilted baseline looks like a wide and very soft contact in windows as shallow as these."""
-    depth = np.linspace(-2e-5, 3e-7, 2000)
-    tilted = 3e-5 * (depth - depth[0]) + np.random.default_rng(1).normal(0.0, 1e-11, depth.size)
-    force = tilted + 4.0 / 3.0 * 2e3 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
-    curve = over_time(depth, -force, 20.3)
-    data = measurement_of(curve, Setup(radius=5e-6, work_of_adhesion=1e-5, relaxed_modulus=2e3))
-    assert windows_of_depth(data, hertz_line(data)) == []
-
-
-def test_windows_that_only_pull_have_no_modulus():
+def test_a_curve_that_only_pulls_is_no_fit_of_hertz():
+    """Hertz finds a contact point millimetres away, where the solver does not follow."""
     depth = 1e-6 * loop(500)
     pulled = 2e-10 * np.clip(depth / 0.8e-6, 0.0, 1.0) ** 1.5 + 1e-12 * np.random.default_rng(0).standard_normal(1000)
-    pressed = 3e-9 * np.maximum(5.0 * depth / 1e-6 - 4.0, 0.0) ** 1.5
     setup = Setup(radius=1e-5, work_of_adhesion=1e-6, relaxed_modulus=1e3)
-    for force, count in ((pulled, 0), (pulled - pressed, 1)):
-        found = windows_of_depth(
-            measurement_of(over_time(depth, force), setup), {"relaxed_modulus": 2.0, "contact_point": 0.0}
-        )
-        assert len(found) == count
-        assert all(modulus > 1e3 for modulus in found)
-    # Hertz finds a contact point millimetres away, where the solver does not follow.
     assert not fit(over_time(depth, pulled), setup).adequate

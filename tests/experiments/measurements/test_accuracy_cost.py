@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
-from bem._support.text_files import plain
+from bem._support.text_files import plain, read_json
 from bem.dataset.file import load_dataset
 from experiments.common import dataset_digest
 from experiments.measurements import accuracy_cost, cases, closed_forms, tools
@@ -16,7 +16,7 @@ from experiments.measurements.closed_forms import Form
 from experiments.measurements.statistics import force_error
 from experiments.trainings import training_costs
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.prediction.files import PUBLISHED, weights_sha256
+from surrogate.prediction.files import PUBLISHED, weights_sha256, write_run
 from tests.experiments import models
 
 DATASET = PUBLISHED.parent / "dataset.h5"
@@ -29,8 +29,10 @@ def trained(tmp_path_factory):
     for name in ("M1-concat", "M1-FiLM", "M2-concat"):
         shutil.copytree(PUBLISHED / "M1-concat", folder / name)
     (folder / "M1-FiLM" / "model.weights.h5").unlink()
-    recipe = folder / "M2-concat" / "recipe.toml"
-    recipe.write_text(recipe.read_text(encoding="utf-8").replace("swift", "other"), encoding="utf-8")
+    for name in ("trainings.h5", "split.json"):
+        shutil.copy(PUBLISHED / name, folder / name)
+    run = read_json(folder / "M2-concat" / "run.json")
+    write_run(folder / "M2-concat", run | {"recipe": run["recipe"] | {"name": "other"}})
     return folder
 
 

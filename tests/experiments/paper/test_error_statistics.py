@@ -60,7 +60,7 @@ def test_errors_are_read_from_a_model_directory(ended_by, median, tmp_path, data
 
 def test_errors_and_indices_of_another_held_out_part_or_data_set_are_refused(tmp_path, dataset):
     write_errors(write_model(tmp_path / "part", 1.0), range(8))
-    with pytest.raises(ValueError, match=r"must hold the 2 trajectories .* received 8 others"):
+    with pytest.raises(ValueError, match=r"of the 2 trajectories .* received 8 others"):
         error_statistics.held_out_errors(tmp_path / "part", dataset)
     write_errors(write_model(tmp_path / "data", 1.0, dataset_sha256="of others"), [3, 4])
     with pytest.raises(ValueError, match="must have been trained on"):
@@ -83,7 +83,7 @@ def test_the_best_number_of_steps_errs_least(monkeypatch):
 
 def test_what_is_missing_names_the_command(tmp_path, dataset):
     with pytest.raises(FileNotFoundError, match="surrogate train"):
-        error_statistics.read_errors(tmp_path / "absent.csv")
+        error_statistics.read_table(tmp_path / "absent", "test_errors")
     with pytest.raises(FileNotFoundError, match="make models"):
         model_comparison.study(tmp_path, dataset)
 
@@ -118,7 +118,7 @@ def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, 
 
 def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path, dataset):
     others = {
-        "M1-FiLM": ("recipe", {"recipe": 'name = "other"\n'}),
+        "M1-FiLM": ("recipe", {"recipe": {"name": "other"}}),
         "M1-gated": ("split", {"split": SPLIT | {"test": [0, 1]}}),
         "M2-concat": ("data set", {"dataset_sha256": "of others"}),
         "M1-concat-8-epochs": ("test part", {"split": SPLIT | {"test": [1]}}),
@@ -131,7 +131,7 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
     write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
     # On purpose.
     write_model(tmp_path / "M1-concat-more", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
-    write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
+    write_model(tmp_path / "M1-concat-paper", 0.1, recipe={"name": "paper"})
     found = model_comparison.study(tmp_path, dataset)
     assert (found["comparison"]["ranking"], len(found["missing"])) == (["M2-FiLM", "M1-concat"], 13)
     assert list(found["beside"]) == ["M1-concat-more", "M1-concat-paper"]

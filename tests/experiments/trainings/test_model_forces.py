@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bem._support.text_files import read_json
-from experiments.paper.error_statistics import read_errors
+from experiments.run_folders import read_table, read_trainings
 from experiments.trainings import model_forces
-from surrogate.data.dataset import TrajectoryDataset
+from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.files import PUBLISHED
 
 ROOT = PUBLISHED.parent
-SEEDS = sorted(path.parent for path in ROOT.glob("seeds/*/seed-*/run.json"))
+SEEDS = read_trainings(ROOT / "seeds.h5")
 SUMS = (ROOT / "SHA256SUMS").read_text(encoding="utf-8").split()
 MODELS = sorted(path.parent for path in ROOT.glob("models/*/run.json") if f"models/{path.parent.name}/run.json" in SUMS)
 
@@ -31,7 +31,7 @@ def data():
 @pytest.fixture(scope="module")
 def split():
     """The division that all published trainings share."""
-    return read_json(ROOT / "models" / "M1-concat" / "split.json")
+    return read_json(ROOT / "models" / "split.json")
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=label)
@@ -40,7 +40,7 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
     assert (set(listed["models"]), listed["others"]) == ({path.name for path in MODELS}, [])
     if read_json(folder / "run.json")["extra_dataset_sha256"]:
         pytest.skip("its statistics are of two data sets; the study compares its errors instead")
-    train = np.array(read_json(folder / "split.json")["train"])
+    train = Split.of(folder).train
     assert model_forces.forces_agree(folder, data, train)
     assert not model_forces.forces_agree(folder, dataclasses.replace(data, force=data.force * 1.01), train)
     # The same by numpy alone; a file that is computed again differs by less.
@@ -48,13 +48,22 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
     np.testing.assert_allclose(Scaling.load(folder / "scaling.json").force, [values.mean(), values.std()], rtol=1e-3)
 
 
-@pytest.mark.parametrize("folder", [*MODELS, *SEEDS], ids=label)
-def test_the_errors_are_of_the_shared_test_part_and_the_summary_is_theirs(folder, split):
-    errors, summary = read_errors(folder / "test_errors.csv"), read_json(folder / "metrics.json")["test"]
+def require_own_summary(errors, summary, split):
     assert errors["trajectory"].tolist() == split["test"]
     for name, found in summary.items():
         wanted = [errors[name].mean(), *np.percentile(errors[name], [50, 90, 100])]
         np.testing.assert_allclose(list(found.values()), wanted, rtol=1e-5, err_msg=name)
+
+
+@pytest.mark.parametrize("folder", MODELS, ids=label)
+def test_a_summary_is_of_the_models_errors(folder, split):
+    errors = read_table(folder, "test_errors")
+    require_own_summary(errors, read_json(folder / "metrics.json")["test"], split)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_summary_is_of_the_seeds_errors(seed, split):
+    require_own_summary(SEEDS[seed]["test_errors"], SEEDS[seed]["metrics"]["test"], split)
 
 
 @pytest.mark.parametrize("backend", [pytest.param("keras", marks=pytest.mark.slow), "onnx"])

@@ -2,12 +2,14 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from experiments import run_folders
 from experiments.trainings import ranking
 from surrogate.architectures.naming import paper_names
 
@@ -93,23 +95,26 @@ def test_the_interval_of_a_mean_is_that_of_its_standard_error_and_paired_resampl
     assert ranking.probability([drawn["a"]], [drawn["b"]]) > 0.95
 
 
-def publish(root, model, seed, mse, digest="d" * 64, **given):
-    """A directory of one seed whose errors are all this one, on trajectories of different hardness."""
-    folder = root / model / f"seed-{seed}"
+def publish(root, model, seed, mse, recipe="name = 'swift'", **run):
+    """Add a seed to `seeds.h5` whose errors are all `mse`, on trajectories of different hardness."""
+    folder = root / "folders" / f"{model}-seed-{seed}"
     folder.mkdir(parents=True)
-    run = {"seed": seed, "dataset_sha256": digest, "backend": "torch", "features": "D", "architecture": model} | given
+    run = {"name": folder.name, "seed": seed, "dataset_sha256": "d" * 64, "backend": "torch", "features": "D"} | (
+        {"architecture": model} | run
+    )
     values = mse * HARDNESS
     spread = {"mean": values.mean(), "median": float(np.median(values))}
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     metrics = {"test": dict.fromkeys(ranking.COLUMNS.values(), spread)}
     (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-    (folder / "recipe.toml").write_text(f"name = 'swift'\nseed = {seed}\n", encoding="utf-8")
+    (folder / "recipe.toml").write_text(f"{recipe}\nseed = {seed}\n", encoding="utf-8")
     history = f"epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1,1,{3 * mse},1\n2,1,1,{2 * mse},2\n"
     (folder / "history.csv").write_text(history, encoding="utf-8")
     with (folder / "test_errors.csv").open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["trajectory", *ranking.COLUMNS.values()])
         rows.writerows([k, *[value] * len(ranking.COLUMNS)] for k, value in enumerate(values))
+    run_folders.add_seeds(root / "seeds.h5", [folder])
     return folder
 
 
@@ -119,7 +124,7 @@ def studied(tmp_path, monkeypatch):
     data = SimpleNamespace(sha256="d" * 64)
     monkeypatch.setattr(ranking, "TrajectoryDataset", SimpleNamespace(load=lambda _: data))
     monkeypatch.setattr(ranking, "RESAMPLES", 100)
-    return lambda: ranking.study(tmp_path / "dataset.h5", tmp_path)
+    return lambda: ranking.study(tmp_path / "dataset.h5", tmp_path / "seeds.h5")
 
 
 def test_the_study_ranks_what_is_published(tmp_path, studied):
@@ -175,33 +180,56 @@ def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied):
 def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
     for seed in range(2):
         publish(tmp_path, "M1-concat", seed, 1.0)
-    publish(tmp_path, "M1-FiLM", 0, 1.0, digest="e" * 64)
+    publish(tmp_path, "M1-FiLM", 0, 1.0, dataset_sha256="e" * 64)
     publish(tmp_path, "M2-concat", 0, 1.0, architecture="M3-concat")
-    publish(tmp_path, "M2-FiLM", 4, 1.0).rename(tmp_path / "M2-FiLM" / "seed-0")
-    other = publish(tmp_path, "M2-gated", 0, 1.0)
-    (other / "recipe.toml").write_text("name = 'paper'\nseed = 0\n", encoding="utf-8")
+    publish(tmp_path, "M2-gated", 0, 1.0, "name = 'paper'")
     publish(tmp_path, "M1-concat", 2, 1.0, backend="tensorflow")
     content = studied()
     assert list(content["models"]) == ["M1-concat"]
     assert [row["backend"] for row in content["models"]["M1-concat"]] == ["torch", "torch", "tensorflow"]
     reasons = {label: sentence.split("its ")[1] for label, sentence in content["left_out"].items()}
-    words = ("data set", "model", "seed", "recipe")
-    names = ("M1-FiLM", "M2-concat", "M2-FiLM", "M2-gated")
+    words = ("data set", "model", "recipe")
+    names = ("M1-FiLM", "M2-concat", "M2-gated")
     assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, words, strict=True)}
 
 
-@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("trajectory,mse\n")])
-def test_an_incomplete_seed_is_one_sentence(tmp_path, studied, damage):
-    damage(publish(tmp_path, "M1-concat", 0, 1.0) / "test_errors.csv")
-    with pytest.raises(ValueError, match="expected a complete training of one seed; received"):
-        studied()
+@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("trajectory,mse\n1,a\n")])
+def test_an_incomplete_seed_is_not_added(tmp_path, damage):
+    folder = publish(tmp_path, "M1-concat", 0, 1.0)
+    before = (tmp_path / "seeds.h5").read_bytes()
+    damage(folder / "test_errors.csv")
+    with pytest.raises(ValueError, match="expected a complete training; received"):
+        run_folders.add_seeds(tmp_path / "seeds.h5", [folder])
+    assert (tmp_path / "seeds.h5").read_bytes() == before
+
+
+def test_a_seed_without_errors_is_refused():
+    training = {"run": {"seed": 0, "backend": "torch"}, "history": {"validation_mse": np.ones(1)}}
+    with pytest.raises(ValueError, match="it lacks 'test_errors'"):
+        ranking.seed_facts(training)
+
+
+def test_a_seed_has_the_numbers_of_its_folder(tmp_path):
+    publish(tmp_path, "M1-concat", 0, 9.0)
+    shutil.rmtree(tmp_path / "folders")
+    folder = publish(tmp_path, "M1-concat", 0, 0.1)
+    publish(tmp_path, "M1-concat", 1, 0.2)
+    trainings = run_folders.read_trainings(tmp_path / "seeds.h5")
+    assert list(trainings) == ["M1-concat/seed-0", "M1-concat/seed-1"]
+    wanted, seed = run_folders.read_training(folder), trainings["M1-concat/seed-0"]
+    for table in run_folders.TABLES:
+        assert list(seed[table]) == list(wanted[table])
+        assert [column.tolist() for column in seed[table].values()] == [one.tolist() for one in wanted[table].values()]
+    assert {key: seed[key] for key in ("run", "metrics", "recipe")} == {
+        key: wanted[key] for key in ("run", "metrics", "recipe")
+    }
 
 
 def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
     for features, mse in (("C", 1.0), ("D", 2.0)):
         for seed in range(2):
-            folder = publish(tmp_path, f"features-{features}", seed, mse, architecture="M1-concat", features=features)
-            (folder / "recipe.toml").write_text("name = 'swift'\nepochs = 15\n", encoding="utf-8")
+            run = {"architecture": "M1-concat", "features": features}
+            publish(tmp_path, f"features-{features}", seed, mse, "name = 'swift'\nepochs = 15", **run)
     for seed in range(3):
         publish(tmp_path, "M1-concat", seed, 1.0)
     content = studied()

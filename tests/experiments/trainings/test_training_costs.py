@@ -25,7 +25,7 @@ def test_minutes_and_seconds_of_a_training(dataset, tmp_path):
     assert seconds == [120.0, 120.0, 2 * 3 * 10.0]
     write_model(tmp_path / "M1-FiLM", dataset, 3e-4, device="a GPU")
     assert read_model(tmp_path / "M1-FiLM", swift)["hours"] is None
-    write_model(tmp_path / "M1-concat-paper", dataset, 3e-4, device="a GPU", recipe='name = "paper"\nbatch_size = 8\n')
+    write_model(tmp_path / "M1-concat-paper", dataset, 3e-4, device="a GPU", recipe={"name": "paper", "batch_size": 8})
     assert read_model(tmp_path / "M1-concat-paper", by_paper)["hours"] == 2 * 6 * 10.0 / 3600.0
 
 

@@ -70,7 +70,7 @@ def test_the_papers_training_has_its_own_column(tmp_path):
 
 def test_hours_by_the_papers_recipe_are_those_of_its_batches(tmp_path):
     for name, more in {"M1-concat": {}, "M1-FiLM": {"device": "a GPU"}, "M3-FiLM": {"device": "a GPU"}}.items():
-        recipe = 'name = "paper"\nbatch_size = 8\n'
+        recipe = {"name": "paper", "batch_size": 8}
         write_model(tmp_path / f"{name}-paper", recipe=recipe, ended_by="recipe", **more)
     speed = {"recipe": "swift", "models": {}, "by_paper_recipe": {"M3-FiLM": {"median": 300.0}}}
     # Two epochs of 6 batches; nothing is known of M1-FiLM.

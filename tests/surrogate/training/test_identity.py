@@ -60,7 +60,7 @@ def test_a_share_of_the_training_part_or_another_division_is_another_split(wante
 
 
 @pytest.mark.parametrize(
-    "file", [("split.json", "{}"), ("run.json", "[]"), ("run.json", "{}"), ("recipe.toml", "="), ("recipe.toml", None)]
+    "file", [("split.json", "{}"), ("split.json", None), ("run.json", "[]"), ("run.json", "{}"), ("run.json", None)]
 )
 def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, dataset, tmp_path):
     folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
@@ -109,3 +109,20 @@ def test_more_epochs_continue_an_unpaced_recipe(recipe, differs, dataset):
     )
     assert bool(facts_that_differ(fewer.fingerprint, more.fingerprint)) == differs
     assert differences(fewer, more) == ["recipe"]
+
+
+def test_models_share_a_split_beside_them(wanted, dataset, tmp_path):
+    folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
+    (folder / "split.json").rename(tmp_path / "split.json")
+    assert trained_otherwise(folder, wanted) == ""
+    dataset.split(seed=1).save(folder / "split.json")
+    assert trained_otherwise(folder, wanted) == "of another split"
+
+
+def test_an_older_training_has_its_recipe_in_toml(dataset, tmp_path):
+    folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
+    run = json.loads((folder / "run.json").read_text())
+    del run["recipe"]
+    (folder / "run.json").write_text(json.dumps(run))
+    (folder / "recipe.toml").write_text('name = "older"')
+    assert read_identity(folder).recipe == {"name": "older"}

@@ -11,7 +11,7 @@ from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
 from surrogate.prediction.files import find_model
 from surrogate.training.identity import Run
-from surrogate.training.model_directory import CARD, CARD_MARK, model_name, publish, require_place
+from surrogate.training.model_directory import model_name, publish, require_place
 from surrogate.training.recipe import Recipe
 from tests.surrogate.conftest import trained_as
 
@@ -109,15 +109,12 @@ def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
     assert [path.name for path in old.parent.iterdir()] == ["mine"]
 
 
-def test_a_card_goes_with_its_model_and_notes_of_a_user_stay(tmp_path):
+def test_notes_of_a_user_stay(tmp_path):
     model_directory(tmp_path / "run" / "model", name="new")
-    for name, text in (("mine", f"# mine\n\nA network. {CARD_MARK}.\n"), ("noted", "my notes")):
-        (model_directory(tmp_path / name, name="old") / CARD).write_text(text)
-    publish(tmp_path / "run", tmp_path / "mine", replace=True)
-    assert not (tmp_path / "mine" / CARD).exists()
+    (model_directory(tmp_path / "noted", name="old") / "README.md").write_text("my notes")
     with pytest.raises(ValueError, match=r"noted, which holds 'README\.md'"):
         publish(tmp_path / "run", tmp_path / "noted", replace=True)
-    assert (tmp_path / "noted" / CARD).read_text() == "my notes"
+    assert (tmp_path / "noted" / "README.md").read_text() == "my notes"
 
 
 def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):

@@ -76,13 +76,6 @@ def test_an_unknown_recipe_is_told_the_known():
         Recipe.load("slow")
 
 
-def test_a_recipe_of_any_name_is_read_back(tmp_path):
-    (tmp_path / "mine.toml").write_text(WHOLE.replace('"mine"', "'my \"best\" \\ one'"))
-    chosen = Recipe.load(tmp_path / "mine.toml")
-    (tmp_path / "again.toml").write_text(chosen.to_toml())
-    assert Recipe.load(tmp_path / "again.toml") == chosen
-
-
 RECIPE = Recipe(name="test", seed=3, batch_size=4, epochs=10, learning_rate=0.1)
 ON_PLATEAU = replace(RECIPE, plateau=Plateau(factor=0.5, patience=2, minimum_rate=0.03, stop_after=4))
 
