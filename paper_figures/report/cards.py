@@ -26,7 +26,6 @@ from experiments.measurements.cases import regions
 from experiments.run_folders import read_table
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows
-from surrogate.training.identity import read_recipe
 
 CARD = "README.md"
 TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
@@ -65,7 +64,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
         )
         for words, at in parts.items()
     ]
-    recipe = read_recipe(folder, run)
+    recipe = run["recipe"]
     facts = {name: run[name] for name in ("architecture", "features", "seed")} | {"recipe": recipe["name"]}
     facts["budget"] = "" if "plateau" in recipe else f" --epochs {run['epochs']}"  # a plateau ends the training itself
     return filled(
