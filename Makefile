@@ -28,7 +28,7 @@ MODELS := $(PUBLISHED)/models
 GATHER := $(PY) -m experiments.run_folders $(MODELS)
 M1 := $(MODELS) $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
 MEASURED := $(PUBLISHED)/measurements
-SOLVER := bem/solver/version.py
+SOLVER := bem/methods/version.py
 # A published file that is missing is not made on the way: what reads it names the command that makes it, or does without.
 $(PUBLISHED)/%: ;
 
@@ -257,7 +257,7 @@ test-slow: setup  ## Run the long tests
 	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 -m slow
 # What OpenBLAS, NumPy and Numba choose on a processor without AVX-512, and on one without AVX2 and FMA.
 AVX512 := AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL
-NUMERICAL = $(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile $(addprefix tests/,bem/lab bem/solver validation surrogate/data)
+NUMERICAL = $(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile $(addprefix tests/,bem/lab bem/methods bem/test_simulation.py validation surrogate/data)
 test-emulated: setup  ## Run the numerical tests as two older processors compute them
 	OPENBLAS_CORETYPE=Haswell NPY_DISABLE_CPU_FEATURES="$(AVX512)" $(NUMERICAL)
 	OPENBLAS_CORETYPE=Prescott NPY_DISABLE_CPU_FEATURES="F16C FMA3 AVX2 $(AVX512)" NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= $(NUMERICAL)
@@ -273,10 +273,10 @@ test-minima: setup  ## Test quickly with the lowest versions that pyproject.toml
 	$(VENV)/bin/uv pip install --quiet --python .venv-minima --resolution lowest-direct $(GROUPS) --requirement pyproject.toml
 	.venv-minima/bin/python -m bem simulate --help > /dev/null
 	.venv-minima/bin/python -m surrogate predict fast --tabor 1 --peak-indentation 10 --loading-rate 10 --dwell-time 0.1 --unloading-rate 10
-	NUMBA_CACHE_DIR=.venv-minima/kernels .venv-minima/bin/python -m pytest tests/bem/solver/test_version.py tests/bem/test_trajectory.py \
+	NUMBA_CACHE_DIR=.venv-minima/kernels .venv-minima/bin/python -m pytest tests/bem/methods/test_version.py tests/bem/results/test_trajectory.py \
 		tests/bem/lab/test_units.py tests/bem/lab/test_reading.py tests/surrogate/data tests/surrogate/architectures/test_registry.py
 golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
-	$(PY) -m tests.bem.solver.golden_trajectories
+	$(PY) -m tests.bem.methods.golden_trajectories
 lint: setup  ## Check style, and the types of the public interface
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .

@@ -1,6 +1,6 @@
 """`Contact`: a contact that is advanced step by step, for control loops and for models of which it is a part.
 
-Units: as in `bem.trajectory`.
+Units: as in `bem.results.trajectory`.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 from bem._support.jit import in_python
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
-from bem.accuracy import resolve_accuracy
-from bem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProtocol, default_start_indentation
-from bem.scene import Scene
-from bem.solver.equilibrium import Factor
-from bem.solver.memory import Memory
-from bem.solver.problem import device_of, problem_of
-from bem.solver.records import COMPLETED, MOST_WORK, NOT_FINITE, STEPS, new_records, new_work
-from bem.solver.simulation import REASONS, load_kernels
-from bem.solver.time_stepping import Progress, before_start, followed
+from bem.methods.boundary_elements.discrete_problem import device_of, problem_of
+from bem.methods.boundary_elements.equilibrium import Factor
+from bem.methods.boundary_elements.memory import Memory
+from bem.methods.boundary_elements.time_stepping import Progress, before_start, followed
+from bem.methods.records import COMPLETED, MOST_WORK, NOT_FINITE, STEPS, new_records, new_work
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProtocol, default_start_indentation
+from bem.problem.scene import Scene
+from bem.simulation import REASONS, load_kernels
 
 
 class _Step(NamedTuple):

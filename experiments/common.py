@@ -2,7 +2,7 @@
 
 A study that has settings reads `experiments/configs/NAME.toml`. A study writes one JSON result file: under
 `results/studies/`, or under `published/` if its computation takes hours. All quantities are dimensionless, as in
-`bem.trajectory`.
+`bem.results.trajectory`.
 """
 
 import contextlib

@@ -14,13 +14,13 @@ import pytest
 from tests.processes import ROOT
 
 PACKAGES = ("bem", "surrogate", "experiments", "paper_figures")
-VOCABULARY = ("scene", "materials", "tractions", "protocol", "accuracy", "profiles", "trajectory", "plots", "film")
-VOCABULARY += ("small_effects", "indenter")
+VOCABULARY = ("problem", "results")
 MOST_MODULES = 16  # in a folder
 
 WORDS = {"bem vocabulary", "bem._support"}
-SOLVING = {"bem.reference_solutions", "bem.discretisation", "bem.solver", *WORDS}
-BEM = {"bem", "bem.dataset", "bem.effects", *SOLVING}
+ELEMENTS = {"bem.methods", "bem.methods.closed_forms", *WORDS}  # boundary elements, and what all methods share
+SOLVING = {"bem.simulation", "bem.methods.elastic_curve", "bem.methods.without_adhesion", *ELEMENTS}
+BEM = {"bem", "bem.dataset", "bem.recommendation", *SOLVING}
 SURROGATE = {
     "surrogate",
     "surrogate.training",
@@ -35,13 +35,15 @@ ALLOWED = {
     "bem._support": set(),
     "bem vocabulary": {"bem._support"},
     "bem.materials_library": WORDS,
-    "bem.reference_solutions": WORDS,
-    "bem.discretisation": WORDS,
-    "bem.solver": WORDS | {"bem.reference_solutions", "bem.discretisation"},
-    "bem.effects": SOLVING,
+    "bem.methods.closed_forms": WORDS,
+    "bem.methods": WORDS | {"bem.methods.closed_forms"},
+    "bem.methods.elastic_curve": ELEMENTS,
+    "bem.methods.without_adhesion": ELEMENTS,
+    "bem.simulation": SOLVING - {"bem.simulation"},
+    "bem.recommendation": SOLVING,
     "bem.dataset": SOLVING,
-    "bem.lab": SOLVING | {"bem.effects", "bem.materials_library"},
-    "bem": SOLVING | {"bem.effects", "bem.dataset"},
+    "bem.lab": SOLVING | {"bem.recommendation", "bem.materials_library"},
+    "bem": SOLVING | {"bem.recommendation", "bem.dataset"},
     "bem.cli": BEM | {"bem.lab", "bem.materials_library"},
     # `surrogate` knows of `bem` the words, the data set file and the public calls.
     "surrogate.backend": set(),

@@ -79,7 +79,7 @@ def drawn(tmp_path_factory):
     [
         (None, "", 0),
         ("bem/cli/app.py", "", 0),
-        ("bem/solver/version.py", "dataset_examples persson_brener figure-1 figure-5 table-persson-brener", 16),
+        ("bem/methods/version.py", "dataset_examples persson_brener figure-1 figure-5 table-persson-brener", 16),
         ("published/dataset.h5", "dataset_statistics error_statistics figure-2 figure-7 table-quartiles", 18),
         ("published/models/M4-FiLM/run.json", "model_comparison figure-5 figure-mse-mae table-models", 8),
         ("published/data_efficiency.json", "figure-5 figure-features", 2),

@@ -56,7 +56,7 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
     assert packaged == MODEL
     assert {
         "bem/py.typed",
-        "bem/solver/simulation.py",
+        "bem/simulation.py",
         "bem/_support/outputs.py",
         "surrogate/py.typed",
         "surrogate/prediction/predictor.py",

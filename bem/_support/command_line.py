@@ -129,7 +129,7 @@ def first_default(name: str) -> str:
 
 
 def parse_accuracy(text: str) -> str | float:
-    """A name or a number, as `bem.accuracy` understands it."""
+    """A name or a number, as `bem.problem.accuracy` understands it."""
     try:
         return float(text)
     except ValueError:

@@ -1,8 +1,8 @@
 """Ctrl-C ends a command with one line and status 130.
 
-Kernels return to Python after some 50 ms of work (`bem.solver.records.SLICE`), where it calls signal handlers, and what
-a command writes is renamed into its place when it is complete. A command's first act is an import of this module, so
-its own imports are few.
+Kernels return to Python after some 50 ms of work (`bem.methods.records.SLICE`), where it calls signal handlers, and
+what a command writes is renamed into its place when it is complete. A command's first act is an import of this module,
+so its own imports are few.
 """
 
 import os

@@ -101,9 +101,9 @@ def simulate(
     import numpy as np
 
     from bem._support.text_files import plain
-    from bem.plots import title_of
-    from bem.protocol import ForceProtocol, LoadingProtocol
-    from bem.solver.simulation import simulate as run
+    from bem.problem.protocol import ForceProtocol, LoadingProtocol
+    from bem.results.plots import title_of
+    from bem.simulation import simulate as run
 
     scene = arguments.scene_of(tabor, material, adhesion, spring, indenter)
     cycle: dict[str, Any] = {
@@ -157,7 +157,7 @@ def compile_kernels() -> None:
     import numpy as np
 
     from bem._support.interpolation import ForceInterpolant
-    from bem.solver.simulation import load_kernels
+    from bem.simulation import load_kernels
 
     load_kernels()
     ForceInterpolant(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))

@@ -45,7 +45,7 @@ FRAMES = 80
 
 def require_pictures(plot: File, filmstrip: File, animate: File) -> None:
     """Raise ValueError where one of these files has a suffix that cannot be written."""
-    from bem.film import require_film
+    from bem.results.film import require_film
 
     require_suffix(plot, IMAGES)
     require_suffix(filmstrip, IMAGES)
@@ -54,8 +54,8 @@ def require_pictures(plot: File, filmstrip: File, animate: File) -> None:
 
 def scene_of(tabor: float, material: str, adhesion: str, spring: float | None, indenter: str) -> Any:
     """The scene that these options describe."""
-    from bem.scene import Scene
-    from bem.tractions import LAWS
+    from bem.problem.scene import Scene
+    from bem.problem.tractions import LAWS
 
     if adhesion not in LAWS:
         raise ValueError(f"adhesion must be one of {', '.join(LAWS)}; received {shown(adhesion)}")
@@ -77,7 +77,7 @@ def say_written(outputs: Outputs, *, err: bool = False) -> None:
 
 def parse_indenter(text: str) -> Any:
     """The shape a word describes; see `INDENTER_HELP`."""
-    from bem.indenter import CONE, PARABOLOID, PowerLaw
+    from bem.problem.indenter import CONE, PARABOLOID, PowerLaw
 
     kind, _, exponent = text.partition(":")
     try:
@@ -89,7 +89,7 @@ def parse_indenter(text: str) -> Any:
 
 def parse_material(text: str) -> Any:
     """The material a word describes; see `MATERIAL_HELP`."""
-    from bem.materials import Elastic, PronySeries, StandardLinearSolid
+    from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
 
     if (entry := entry_of(text)) is not None:
         return entry.material

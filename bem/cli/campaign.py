@@ -47,7 +47,7 @@ def campaign(
     from bem.dataset.designs import Design
     from bem.dataset.measurement_steps import PHYSICAL
     from bem.dataset.run import run_campaign
-    from bem.solver.simulation import load_kernels
+    from bem.simulation import load_kernels
 
     given = {
         "design": design,

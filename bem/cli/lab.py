@@ -109,7 +109,7 @@ def simulate_si(
     from bem._support.text_files import plain
     from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.lab.units import readable
-    from bem.solver.simulation import simulate as run
+    from bem.simulation import simulate as run
 
     setup = Setup(
         radius=radius,

@@ -15,17 +15,17 @@ import numpy as np
 
 from bem._support.validation import FloatArray, whole_number
 from bem._support.wording import shown
-from bem.accuracy import resolve_accuracy
 from bem.dataset import records
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS, STEPS, STEPS_VERSION, checked_counts
 from bem.dataset.records import RESULTS, Layout, Record, grid_of
 from bem.dataset.sealed_file import FORMAT
-from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import LoadingProtocol, Protocol
-from bem.scene import Scene
-from bem.solver.version import SOLVER_VERSION
+from bem.methods.version import SOLVER_VERSION
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.protocol import LoadingProtocol, Protocol
+from bem.problem.scene import Scene
 
 Solver = Callable[..., Any]
 Batch = tuple[tuple[int, Any], ...]

@@ -1,7 +1,8 @@
 """Campaigns of any scenes and protocols, and their file of whole trajectories.
 
 Where a data set holds protocols of three phases at fixed measurement steps, this file holds for every case the scene,
-the protocol and what `bem.simulate` returned. docs/cluster.md describes its groups. Units as in `bem.trajectory`.
+the protocol and what `bem.simulate` returned. docs/cluster.md describes its groups. Units as in
+`bem.results.trajectory`.
 
 Scenes, protocols and trajectories are JSON there: `{"type": "Scene", "tabor": 1.0, "material": {"type": "Elastic"},
 ...}`. Objects are described by the name of their public class and its fields. Numbers are written with all their
@@ -18,17 +19,17 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from bem import indenter, materials, tractions
-from bem import protocol as protocols
-from bem import scene as scenes
 from bem._support.wording import shown
-from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Job, Solver, solver_name
 from bem.dataset.file import check_attributes, check_columns, read_file
 from bem.dataset.records import RESULTS, Columns, Record, layout_of, untabulate
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, history_of
-from bem.scene import Scene
-from bem.trajectory import Jump, Statistics, Trajectory
+from bem.problem import indenter, materials, tractions
+from bem.problem import protocol as protocols
+from bem.problem import scene as scenes
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, history_of
+from bem.problem.scene import Scene
+from bem.results.trajectory import Jump, Statistics, Trajectory
 
 FORMAT, WHAT = "viscoelastic-contact-cases", "file of cases"
 ARRAYS = {"time": float, "indentation": float, "force": float, "contact_radius": float, "unloading": np.uint8}

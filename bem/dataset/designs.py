@@ -2,8 +2,8 @@
 
 `paper` draws nodes of the logarithmic grid on which every protocol of the paper's six-row table lies, each node at most
 once; `log-uniform` and `sobol` fill the same box continuously. Protocol i depends on design and seed only, so that a
-larger count, another machine or another number of workers changes none of those before it. Units as in `bem.protocol`.
-Source: paper, section "Dataset generation" and the table of its figure-2 protocols.
+larger count, another machine or another number of workers changes none of those before it. Units as in
+`bem.problem.protocol`. Source: paper, section "Dataset generation" and the table of its figure-2 protocols.
 """
 
 from collections.abc import Mapping
@@ -15,8 +15,8 @@ import numpy as np
 from bem._support.validation import FloatArray, finite_number, whole_number
 from bem._support.wording import shown
 from bem.dataset.measurement_steps import FMS, measurement_grid
-from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
-from bem.scene import LARGEST_TABOR, SMALLEST_TABOR
+from bem.problem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
+from bem.problem.scene import LARGEST_TABOR, SMALLEST_TABOR
 
 OUTERMOST = 0.2
 """Share of a range, in its logarithm, at each of its ends that belongs to an edge; all edges together are a corner."""

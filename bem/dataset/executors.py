@@ -26,10 +26,10 @@ from bem._support.validation import whole_number
 from bem._support.wording import shown
 from bem.dataset.campaign import Batch, Job, Solver
 from bem.dataset.records import Record
-from bem.materials import StandardLinearSolid
-from bem.protocol import LoadingProtocol
-from bem.scene import Scene
-from bem.solver.version import SOLVER_VERSION
+from bem.methods.version import SOLVER_VERSION
+from bem.problem.materials import StandardLinearSolid
+from bem.problem.protocol import LoadingProtocol
+from bem.problem.scene import Scene
 
 Task = Callable[[Batch], Any]
 
@@ -219,7 +219,7 @@ class ClusterExecutor(Executor):
 @functools.cache
 def warm_solver() -> Solver:
     """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    from bem.solver.simulation import simulate
+    from bem.simulation import simulate
 
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")

@@ -1,7 +1,7 @@
 """Fixed measurement steps (FMS): where a protocol is sampled; `Trajectory.at` gives the force there.
 
 Each phase receives a prescribed number of equally spaced points, by default 50, 20 and 50. Source: paper, section "Data
-mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
+mapping" and the appendix on FMS resolution. Units as in `bem.problem.protocol`.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from bem._support.validation import FloatArray, whole_number
 from bem._support.wording import shown
-from bem.protocol import default_start_indentation
+from bem.problem.protocol import default_start_indentation
 
 FMS = (50, 20, 50)
 PHYSICAL = (22, 8, 72)

@@ -14,9 +14,9 @@ shortly before the pull-off. With offsets s of the indentation below that crossi
 The expected log s is a polynomial of fourth degree in six logarithms: Tabor parameter, unloading rate, modulus ratio,
 the travel left after the crossing, the slope of that force at the crossing, and the share of the peak travelled before
 it. `make measure-pull-off-place` fits its coefficients to simulations in the paper's ranges and their
-corners, and writes them with what is left to `pull_off_place.json` beside this module. Units as in `bem.protocol`;
-forces of Lee and Radok are in units of the relaxed Hertz force at indentation 1. Source: Lee and Radok, J. Appl. Mech.
-27 (1960) 438; Johnson, Contact Mechanics (1985), section 6.5.
+corners, and writes them with what is left to `pull_off_place.json` beside this module. Units as in
+`bem.problem.protocol`; forces of Lee and Radok are in units of the relaxed Hertz force at indentation 1. Source: Lee
+and Radok, J. Appl. Mech. 27 (1960) 438; Johnson, Contact Mechanics (1985), section 6.5.
 """
 
 import json
@@ -30,8 +30,8 @@ from numpy.typing import ArrayLike
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_steps
-from bem.materials import StandardLinearSolid
-from bem.protocol import default_start_indentation
+from bem.problem.materials import StandardLinearSolid
+from bem.problem.protocol import default_start_indentation
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
 BEFORE_CROSSING = 0.22  # share of the unloading points before the crossing

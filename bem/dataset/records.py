@@ -1,7 +1,7 @@
 """What a campaign keeps of each trajectory: a record, and many records as columns of arrays.
 
 A record is a dictionary: the path of an array in the file -> what one trajectory adds to it. A layout says which
-arrays a file has. Units as in `bem.protocol`; forces in pi R dgamma, tension positive.
+arrays a file has. Units as in `bem.problem.protocol`; forces in pi R dgamma, tension positive.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

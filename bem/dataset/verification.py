@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bem._support.validation import FloatArray, whole_number
-from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Campaign, Solver
 from bem.dataset.designs import QUANTITIES, agree
 from bem.dataset.executors import LocalExecutor, results
 from bem.dataset.file import load_dataset
 from bem.dataset.records import FAILED, Record, untabulate
+from bem.problem.accuracy import resolve_accuracy
 
 JUDGED = ("pull-off force", "hysteresis", "force history, mean", "force history, any step")
 """What is compared with the allowed difference; `differences` says how."""

@@ -220,7 +220,7 @@ class ForceCurve(Tabular):
         """
         from matplotlib.ticker import EngFormatter
 
-        from bem.plots import STRETCHED, Line, Top, colour_of, draw_curve, top_words
+        from bem.results.plots import STRETCHED, Line, Top, colour_of, draw_curve, top_words
 
         units = {name: EngFormatter(unit) for name, unit in _UNITS.items()}
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))

@@ -32,8 +32,8 @@ from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve
 from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import (
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.protocol import (
     ForceProtocol,
     LoadingProtocol,
     PiecewiseLinearProtocol,
@@ -41,7 +41,7 @@ from bem.protocol import (
     default_start_indentation,
     history_of,
 )
-from bem.scene import Scene
+from bem.problem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
 """The equilibrium gap, in m, of a setup that names none: of the order of interatomic distances."""
@@ -283,7 +283,7 @@ class Setup:
             ValueError: for an invalid protocol, accuracy or sign.
             RuntimeError: the simulation did not complete; the message says why.
         """
-        from bem.solver.simulation import simulate
+        from bem.simulation import simulate
 
         require_sign(force_sign)
         trajectory = simulate(self.scene(), protocol, accuracy)
@@ -358,7 +358,7 @@ class Setup:
         Under a prescribed force it is that of the deepest indentation. It is zero for a range that is the equilibrium
         gap itself.
         """
-        from bem.solver.simulation import simulate
+        from bem.simulation import simulate
 
         if not self.range_is_effective:
             return 0.0

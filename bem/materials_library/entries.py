@@ -15,8 +15,8 @@ import numpy as np
 from bem._support.text_files import read_toml
 from bem._support.validation import finite_number, finite_vector, instance
 from bem._support.wording import shown
-from bem.materials import Elastic, PronySeries
 from bem.materials_library.viscoelasticity import shifted, wlf_shift
+from bem.problem.materials import Elastic, PronySeries
 
 FOLDER = Path(__file__).parent
 TEXTS = ("title", "source", "conditions", "validity", "caution")

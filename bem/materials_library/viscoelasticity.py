@@ -23,8 +23,8 @@ from scipy.optimize import nnls
 
 from bem._support.validation import FloatArray, finite_number, finite_vector, strictly_increasing
 from bem._support.wording import shown
-from bem.materials import Elastic, Material, PronySeries
-from bem.materials import relaxation_spectrum as relaxation_spectrum
+from bem.problem.materials import Elastic, Material, PronySeries
+from bem.problem.materials import relaxation_spectrum as relaxation_spectrum
 
 _PER_DECADE = 1.0
 _MARGIN = 3.0  # times the inverse frequencies measured, within which relaxation times are sought

@@ -22,8 +22,8 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
-from bem.plots import COLOURS
-from bem.reference_solutions import hertz
+from bem.results.plots import COLOURS
+from bem.methods.closed_forms import hertz
 
 solid = StandardLinearSolid(modulus_ratio=0.1)
 times = np.arange(7) * 0.8

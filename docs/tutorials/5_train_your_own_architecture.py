@@ -111,7 +111,7 @@ run(
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 
 model = surrogate.load(folder / "models" / "M7-concat")
 protocol = LoadingProtocol(

@@ -20,7 +20,7 @@ from scipy.stats import multivariate_normal, multivariate_t
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem.protocol import default_start_indentation
+from bem.problem.protocol import default_start_indentation
 
 TRUE = {"tabor": 1.37, "modulus_ratio": 0.113, "retardation_time": 1.21}
 PEAK, APPROACH, DWELL, RETRACTION = 15.0, 10.0, 0.5, 30.0  # h0, h0/s, s, h0/s

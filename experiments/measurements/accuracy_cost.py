@@ -1,6 +1,6 @@
 """What accuracy costs in time: every tool of this repository on the same held-out protocols, on one core.
 
-The tools are the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three
+The tools are the solver at nine accuracies, the paper's discretisation (`bem.methods.paper_method`) at three
 resolutions, every published surrogate (by plain Keras call, by ONNX Runtime one trajectory at a time, and by ONNX
 Runtime in a batch), the pretrained models of any solid, and closed forms. Errors are those of
 `statistics.answer_errors`, against a solution refined beyond `reference`. The paper's surrogates and closed forms give
@@ -17,8 +17,8 @@ import numpy as np
 import typer
 from threadpoolctl import threadpool_limits
 
-from bem.accuracy import NAMED_TARGETS
-from bem.solver.version import SOLVER_VERSION
+from bem.methods.version import SOLVER_VERSION
+from bem.problem.accuracy import NAMED_TARGETS
 from experiments.common import DATASET, MODELS, Dataset, Models, without_extrapolation_warnings
 from experiments.measurements import tools
 from experiments.measurements.cases import Case, held_out

@@ -6,7 +6,7 @@ that adhesion is at most `NEGLIGIBLE` of the largest force. DMT requires a long 
 energy of Persson and Brener is integrated along the retreat of a JKR edge from the relaxed contact, and gives the
 pull-off force alone. An answer is that of `experiments.measurements.tools`, NaN where a form gives nothing.
 
-Sources: the modules of `bem.reference_solutions`. Units as there.
+Sources: the modules of `bem.methods.closed_forms`. Units as there.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING
-from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
+from bem.methods.closed_forms import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
 from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import Case
 from experiments.paper.persson_brener import beta_over_length_scale

@@ -14,8 +14,8 @@ import numpy as np
 
 from bem import Elastic, ForceProtocol, HardContact, LennardJones, PiecewiseLinearProtocol, Scene, simulate
 from bem._support.wording import markdown_table
-from bem.materials import Material
-from bem.reference_solutions import hertz
+from bem.methods.closed_forms import hertz
+from bem.problem.materials import Material
 from experiments.measurements.cases import completed
 from experiments.measurements.effects import DEPTH, DWELL, RATE, SLS, START, THREE
 from experiments.measurements.harness import Repeats, progress, timed

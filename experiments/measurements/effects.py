@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, recommend, simulate
-from bem.effects import Effects, difference, reduced
+from bem.recommendation import Effects, difference, reduced
 from experiments.common import MODULUS_RATIO
 from experiments.measurements.harness import progress
 

@@ -12,9 +12,10 @@ soon after the largest tension; those of tamaas cover one state.
 
 The other software uses a square grid on a half-space that is not periodic. The sphere's radius, the equilibrium gap h0
 and the work of adhesion are 1. The contact modulus is therefore tabor^(-3/2), and lengths along the surface are
-sqrt(tabor) times those of `bem`. Indentation and forces are those of `bem.trajectory`.
+sqrt(tabor) times those of `bem`. Indentation and forces are those of `bem.results.trajectory`.
 
-Sources: `Adhesion.Interactions.Lj82` is the law of `bem.tractions`; for tamaas, Polonsky and Keer, Wear 231 (1999) 206.
+Sources: `Adhesion.Interactions.Lj82` is the law of `bem.problem.tractions`; for tamaas, Polonsky and Keer, Wear 231
+(1999) 206.
 """
 
 import math
@@ -30,9 +31,9 @@ import typer
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
 from bem._support.jit import in_python
-from bem.discretisation.cohesive_zone import largest_contact_radius
-from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
-from bem.tractions import tail_force
+from bem.methods.boundary_elements.meshes.cohesive_zone import largest_contact_radius
+from bem.methods.closed_forms import dmt, hertz, jkr, maugis_dugdale
+from bem.problem.tractions import tail_force
 from experiments.measurements.cases import completed
 from experiments.measurements.harness import progress, timed
 from experiments.measurements.tools import EXACT_TARGET

@@ -14,8 +14,8 @@ import numpy as np
 import bem
 from bem import LoadingProtocol, PiecewiseLinearProtocol, Scene, recommend, simulate
 from bem.dataset.designs import PAPER_RANGES, Design
-from bem.effects import IndentationProtocol, difference
-from bem.protocol import history_of
+from bem.problem.protocol import history_of
+from bem.recommendation import IndentationProtocol, difference
 from experiments.measurements.cases import rows_of
 from experiments.measurements.harness import CLOCK, Count, progress, timed
 from experiments.measurements.statistics import spread

@@ -15,7 +15,7 @@ import numpy as np
 from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
-from bem.solver.version import SOLVER_VERSION
+from bem.methods.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept

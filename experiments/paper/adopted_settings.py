@@ -12,9 +12,9 @@ import numpy as np
 
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES
 from bem.dataset.measurement_steps import FMS
-from bem.protocol import default_start_indentation
-from bem.reference_solutions import dmt, jkr
-from bem.reference_solutions import persson_brener as theory
+from bem.methods.closed_forms import dmt, jkr
+from bem.methods.closed_forms import persson_brener as theory
+from bem.problem.protocol import default_start_indentation
 from experiments.common import Config
 from experiments.paper_numbers import paper_rows
 from surrogate.training.recipe import Recipe

@@ -5,7 +5,7 @@ at the steps of the unloading phase, compared with the largest force at the solv
 predicts the steps cannot be distinguished from the solver below this error.
 
 A trajectory is still attached at its end if its end force exceeds the far-field attraction there
-(`bem.trajectory.far_field`); its pull-off force is then the largest force so far.
+(`bem.results.trajectory.far_field`); its pull-off force is then the largest force so far.
 
 Cost is given as the seconds of the solver; as the seconds of the workers on trajectories, which include measuring and
 saving, over these; and as the whole run, wall time times workers, over these. The parallel efficiency is the share of
@@ -19,8 +19,8 @@ import numpy as np
 
 from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
-from bem.protocol import default_start_indentation
-from bem.trajectory import far_field
+from bem.problem.protocol import default_start_indentation
+from bem.results.trajectory import far_field
 from experiments.common import DATASET
 from experiments.common import Dataset as DatasetFile
 from surrogate.data.metrics import pull_off

@@ -38,7 +38,7 @@ def end_force(dataset: Path = common.DATASET) -> dict[str, float]:
 def longest_pull_off_time() -> dict[str, float]:
     """Duration of the slowest loading to the deepest peak in the paper's ranges; pull-off comes later."""
     from bem.dataset.designs import PAPER_RANGES
-    from bem.protocol import default_start_indentation
+    from bem.problem.protocol import default_start_indentation
 
     tabor, peak, rate = PAPER_RANGES["tabor"][1], PAPER_RANGES["peak_indentation"][1], PAPER_RANGES["loading_rate"][0]
     return {"duration of the slowest loading": float((peak - default_start_indentation(tabor)) / rate)}
@@ -46,7 +46,7 @@ def longest_pull_off_time() -> dict[str, float]:
 
 def influence_scaling() -> dict[str, float]:
     """Depth of a Hertz contact from its pressure, by u = mu G sigma and by the appendix, which divides G by mu."""
-    from bem.discretisation.influence import influence_matrix
+    from bem.methods.boundary_elements.influence.triangles import influence_matrix
 
     tabor, radius = 3.0, 2.0
     radii = np.linspace(0.0, radius, 400)
@@ -60,7 +60,7 @@ def history_sum() -> dict[str, float]:
     """Errors of three creep sums for the traction sin(t), 0 <= t <= 3, with steps of 0.1 and 0.05.
 
     The sums are that of the appendix, without its last term, which needs the traction after the end; the same sum with
-    the index of the traction reduced by one, which `bem.solver.paper_method` computes; and the sum for a traction that
+    the index of the traction reduced by one, which `bem.methods.paper_method` computes; and the sum for a traction that
     is linear in each step.
     """
     ratio, end = 0.1, 3.0

@@ -15,8 +15,8 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING
-from bem.reference_solutions import jkr
-from bem.reference_solutions import persson_brener as theory
+from bem.methods.closed_forms import jkr
+from bem.methods.closed_forms import persson_brener as theory
 from experiments import common
 from experiments.common import Config, Models
 from experiments.measurements.cases import Case

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
-from bem.accuracy import resolve_accuracy
-from bem.effects import IndentationProtocol
-from bem.protocol import default_start_indentation
-from bem.reference_solutions import jkr
+from bem.methods.closed_forms import jkr
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.protocol import default_start_indentation
+from bem.recommendation import IndentationProtocol
 from experiments.measurements.cases import Case, drawn, rows_of
 from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, progress
 

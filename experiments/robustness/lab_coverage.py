@@ -21,7 +21,7 @@ from bem import StandardLinearSolid, simulate
 from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
-from bem.solver.version import SOLVER_VERSION
+from bem.methods.version import SOLVER_VERSION
 from experiments.measurements.cases import completed
 from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves

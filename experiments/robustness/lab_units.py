@@ -7,7 +7,7 @@ from bem._support.wording import markdown_table
 from bem.lab import Setup
 from bem.lab.units import readable
 from bem.materials_library import load
-from bem.reference_solutions.jkr import PULL_OFF_FORCE
+from bem.methods.closed_forms.jkr import PULL_OFF_FORCE
 
 PDMS = load("sylgard_184_cured_at_100c")
 CONTACTS = {

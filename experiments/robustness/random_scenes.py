@@ -21,10 +21,10 @@ import typer
 
 from bem import Elastic, ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem._support.wording import markdown_table
-from bem.accuracy import resolve_accuracy
-from bem.reference_solutions import hertz
-from bem.solver.version import SOLVER_VERSION
-from bem.trajectory import is_completed
+from bem.methods.closed_forms import hertz
+from bem.methods.version import SOLVER_VERSION
+from bem.problem.accuracy import resolve_accuracy
+from bem.results.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
 from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, fingerprint, in_parallel, kept
 

@@ -12,7 +12,7 @@ import numpy as np
 
 import surrogate
 from bem._support.wording import markdown_table
-from bem.trajectory import Trajectory
+from bem.results.trajectory import Trajectory
 from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import RANGES, Hidden
 from experiments.measurements.harness import Count, Seed, progress

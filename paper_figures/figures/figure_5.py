@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from paper_figures.models.figure_learning_curves import draw_curves
 from paper_figures.models.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style

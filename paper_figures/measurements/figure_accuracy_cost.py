@@ -11,7 +11,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.drawing import KINDS, paper_seconds
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from paper_figures.style import drawing
 from paper_figures.style.models_style import REFERENCE, color
 from paper_figures.style.writing import Table, caption, left_out, number, percent

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullLocator
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from paper_figures.style import drawing
 from paper_figures.style.drawing import KINDS
 

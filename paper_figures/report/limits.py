@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bem.accuracy import resolve_accuracy
+from bem.problem.accuracy import resolve_accuracy
 from paper_figures.style.writing import number
 
 

@@ -17,7 +17,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter, FuncFormatter, LogLocator, NullFormatter
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from experiments.paper_numbers import paper_values as paper_values
 
 HERE = Path(__file__).parent

@@ -7,7 +7,7 @@ The table reads the measurement of `experiments.robustness.hard_case_map`, and t
 from collections.abc import Callable
 from typing import Any
 
-from bem.trajectory import is_completed
+from bem.results.trajectory import is_completed
 from paper_figures.style.writing import Table, caption, number, percent
 
 

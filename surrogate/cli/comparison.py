@@ -11,7 +11,7 @@ import numpy as np
 
 from bem._support.tabular import UNITS
 from bem._support.wording import plain_table
-from bem.trajectory import is_completed
+from bem.results.trajectory import is_completed
 from surrogate.prediction.predicted import INTERVALS
 
 MOST_DRAWN = 12
@@ -145,7 +145,7 @@ def plot_predictions(
         simulated: Trajectories of the solver, in the same order.
         title: Of the figure.
     """
-    from bem.plots import COLOURS, draw_curve, labels_of, line_of, top_of
+    from bem.results.plots import COLOURS, draw_curve, labels_of, line_of, top_of
 
     shown = predicted[:MOST_DRAWN]
     # The first prediction has the colour of its tool, several are told apart by those of the families.

@@ -92,7 +92,7 @@ def predict(
     """
     import surrogate
     from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
-    from bem.plots import title_of
+    from bem.results.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
     from surrogate.cli.predict_io import asked, of_protocols, to_json, write_protocols, write_trajectories

@@ -1,4 +1,4 @@
-"""What `surrogate predict` is asked, its predictions, and the files of both. Units as in `bem.protocol`.
+"""What `surrogate predict` is asked, its predictions, and the files of both. Units as in `bem.problem.protocol`.
 
 Input, as CSV with a header or as a JSON list of objects, a protocol each: `tabor, peak_indentation, loading_rate,
 dwell_time, unloading_rate` and, for the pretrained models, `modulus_ratio`.
@@ -28,9 +28,9 @@ import numpy as np
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
-from bem.materials import StandardLinearSolid
-from bem.protocol import LoadingProtocol
-from bem.scene import Scene
+from bem.problem.materials import StandardLinearSolid
+from bem.problem.protocol import LoadingProtocol
+from bem.problem.scene import Scene
 from surrogate.cli.comparison import Answer
 from surrogate.prediction.predicted import INTERVALS
 from surrogate.prediction.validity import ExtrapolationWarning

@@ -14,7 +14,7 @@ import onnx
 from onnx import TensorProto, numpy_helper
 
 from bem.dataset.designs import OUTERMOST
-from bem.protocol import default_start_indentation
+from bem.problem.protocol import default_start_indentation
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import HISTORY, MATRIX, RATIO, complete, scaled_channels, unscaled
 from surrogate.export.onnx_file import PRETRAINED_FORMAT

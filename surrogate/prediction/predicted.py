@@ -1,4 +1,4 @@
-"""Predicted trajectories, with the interface of simulated ones; units as in `bem.protocol`."""
+"""Predicted trajectories, with the interface of simulated ones; units as in `bem.problem.protocol`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from bem._support.tabular import Column
-from bem.trajectory import Statistics, Trajectory, far_field
+from bem.results.trajectory import Statistics, Trajectory, far_field
 
 if TYPE_CHECKING:
     from surrogate.data.scaling import Scaling
@@ -131,8 +131,8 @@ class PredictedTrajectory(Trajectory):
     def detached(self) -> bool:
         """Whether the surfaces have separated by the end; False if the prediction is not finite.
 
-        The last force is compared with the far-field attraction (`bem.trajectory.far_field`), with a tolerance of
-        `FORCE_DOUBT`. Close to that limit the answer may be wrong.
+        The last force is compared with the far-field attraction (`bem.results.trajectory.far_field`), with a tolerance
+        of `FORCE_DOUBT`. Close to that limit the answer may be wrong.
         """
         return self.completed and bool(far_field(self.force[-1], self.indentation[-1], doubt=FORCE_DOUBT))
 

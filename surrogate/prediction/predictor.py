@@ -22,8 +22,8 @@ from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS
 from bem.dataset.records import grid_of
-from bem.protocol import LoadingProtocol
-from bem.scene import Scene
+from bem.problem.protocol import LoadingProtocol
+from bem.problem.scene import Scene
 from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
 from surrogate.prediction import validity
@@ -207,9 +207,10 @@ class Surrogate:
             history lies outside the ranges and the margin.
 
         Raises:
-            ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of `bem.protocol`; times
-                do not increase strictly; a mark is neither zero nor one; a model with bands is given another number of
-                points than it knows; one history lies outside the ranges and the margin; or as for `predict`.
+            ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of
+                `bem.problem.protocol`; times do not increase strictly; a mark is neither zero nor one; a model with
+                bands is given another number of points than it knows; one history lies outside the ranges and the
+                margin; or as for `predict`.
 
         Warns:
             ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).

@@ -5,7 +5,7 @@ histories have in common: they start and end at -pi^(2/3) mu, and consist of a s
 ramp back with 50, 20 and 50 equally spaced points. Deviations within the tolerances of this module hardly change the
 error against the solver. The number of points is an exception: 100 to 140 points in the same proportions are the
 resolutions that the paper compares (its appendix "FMS-resolution transferability of the M1-concat surrogate"), and
-`experiments.paper.fms_transfer` measures their error. Units as in `bem.protocol`.
+`experiments.paper.fms_transfer` measures their error. Units as in `bem.problem.protocol`.
 """
 
 from __future__ import annotations
@@ -22,10 +22,16 @@ from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import proportional_counts
-from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE, default_start_indentation
-from bem.scene import Scene
-from bem.tractions import LennardJones
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.protocol import (
+    LARGEST_INDENTATION,
+    LARGEST_RATE,
+    LONGEST_DWELL,
+    SMALLEST_RATE,
+    default_start_indentation,
+)
+from bem.problem.scene import Scene
+from bem.problem.tractions import LennardJones
 from surrogate.data.features import plateau
 
 if TYPE_CHECKING:
@@ -121,7 +127,7 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
 
     Raises:
         ValueError: the shapes differ, a value is NaN or infinite, times do not increase strictly, or a value is outside
-            the bounds of `bem.protocol`.
+            the bounds of `bem.problem.protocol`.
     """
     if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
         raise ValueError(

@@ -16,17 +16,17 @@ from bem import (
     simulate,
     simulate_paper_method,
 )
-from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from bem.dataset.physical_steps import physical_grid
-from bem.discretisation.influence import require_mesh
-from bem.discretisation.mesh import uniform_mesh
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.materials_library import fit_prony
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
-from bem.reference_solutions import persson_brener
+from bem.methods.boundary_elements.influence.triangles import require_mesh
+from bem.methods.boundary_elements.meshes.mesh import uniform_mesh
+from bem.methods.closed_forms import persson_brener
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 
 CYCLE = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 SCENE, PROTOCOL = Scene(1.0, StandardLinearSolid(0.1)), LoadingProtocol(**CYCLE)

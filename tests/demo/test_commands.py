@@ -1,7 +1,7 @@
 import re
 import subprocess
 
-from bem.plots import COLOURS, PULL_OFF
+from bem.results.plots import COLOURS, PULL_OFF
 from tests.processes import ROOT
 
 

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import pytest
 
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from paper_figures.__main__ import modules
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table

@@ -6,7 +6,7 @@ import numpy as np
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES
-from bem.protocol import Protocol, default_start_indentation
+from bem.problem.protocol import Protocol, default_start_indentation
 
 RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
 VALUES = {

@@ -20,7 +20,7 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
-from bem.tractions import GAP_AT_PEAK, interface_of, tractions_of
+from bem.problem.tractions import GAP_AT_PEAK, interface_of, tractions_of
 from tests.validation.cases import completed, ramps
 
 ANNULI, STEPS = 100, 120

@@ -5,7 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bem import Elastic, HardContact, LennardJones, PiecewiseLinearProtocol, Scene, simulate
-from bem.materials import PronySeries, StandardLinearSolid
+from bem.problem.materials import PronySeries, StandardLinearSolid
 from tests.validation.cases import completed, exchanged_energy, ramps
 
 CREATED = 5e-3  # of the energy exchanged, what discretisation may seem to create at draft accuracy

@@ -5,7 +5,7 @@ import pytest
 
 import bem
 from bem import ConstantStress, Exponential, HardContact, LennardJones
-from bem.solver.physical_bounds import most_tension
+from bem.methods.physical_bounds import most_tension
 
 BUDGET = 2e9  # in multiply-adds; a scene that takes more ends there, and says so
 
@@ -49,10 +49,10 @@ def ended(seed):
 
 
 def test_no_scene_far_outside_is_unphysical():
-    assert sum(bem.trajectory.is_completed(ended(seed)) for seed in range(12)) >= 4
+    assert sum(bem.results.trajectory.is_completed(ended(seed)) for seed in range(12)) >= 4
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 500, 50))
 def test_none_of_500_scenes_is_unphysical(first):
-    assert sum(bem.trajectory.is_completed(ended(seed)) for seed in range(first, first + 50)) >= 20
+    assert sum(bem.results.trajectory.is_completed(ended(seed)) for seed in range(first, first + 50)) >= 20

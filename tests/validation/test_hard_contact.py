@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from bem import ForceProtocol, HardContact, PiecewiseLinearProtocol, PronySeries, Scene
-from bem.discretisation.mesh import uniform_mesh
-from bem.materials import Elastic, StandardLinearSolid, relaxation_spectrum
+from bem.methods.boundary_elements.meshes.mesh import uniform_mesh
+from bem.problem.materials import Elastic, StandardLinearSolid, relaxation_spectrum
 from tests.validation.cases import completed, ramps
 
 SLS, SERIES = StandardLinearSolid(0.1), PronySeries([0.4, 0.4], [0.1, 10.0])

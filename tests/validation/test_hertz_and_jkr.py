@@ -1,17 +1,17 @@
 """The sphere against Hertz and JKR, and indenters of other shapes against Galin, Sneddon and JKR of power-law profiles.
 
-Sources: see `bem.reference_solutions.hertz` and `bem.reference_solutions.jkr`.
+Sources: see `bem.methods.closed_forms.hertz` and `bem.methods.closed_forms.jkr`.
 """
 
 import numpy as np
 import pytest
 
 from bem import HardContact, PowerLaw, Scene, simulate
-from bem.discretisation.mesh import uniform_mesh
-from bem.indenter import tension_without_deformation
-from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
-from bem.reference_solutions import hereditary_hertz, hertz, jkr
+from bem.methods.boundary_elements.meshes.mesh import uniform_mesh
+from bem.methods.closed_forms import hereditary_hertz, hertz, jkr
+from bem.problem.indenter import tension_without_deformation
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from tests.validation.cases import completed, ramps
 
 EXPONENTS = (1.0, 1.5, 3.0, 8.0)

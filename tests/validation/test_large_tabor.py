@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bem import PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.discretisation import master_grid
-from bem.reference_solutions import jkr, persson_brener
+from bem.methods.boundary_elements.meshes import master_grid
+from bem.methods.closed_forms import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
 from tests.validation.cases import completed, ramps
 

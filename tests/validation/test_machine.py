@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
-from bem.solver.simulation import count_unstable
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
+from bem.simulation import count_unstable
 from tests.validation.cases import completed, ramps, stage_area
 
 SLS = StandardLinearSolid(0.1)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bem import Scene, StandardLinearSolid
-from bem.reference_solutions import jkr, persson_brener
+from bem.methods.closed_forms import jkr, persson_brener
 from tests.validation.cases import completed, ramps
 
 SCENE = Scene(tabor=3.24, material=StandardLinearSolid(modulus_ratio=0.1))

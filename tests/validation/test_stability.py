@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from bem import Scene, StandardLinearSolid, simulate
-from bem.solver.jumps import is_unstable
-from bem.solver.simulation import count_unstable
-from bem.tractions import slope
-from tests.bem.solver.contacts import lennard_jones, mesh_for
+from bem.methods.boundary_elements.jumps import is_unstable
+from bem.problem.tractions import slope
+from bem.simulation import count_unstable
+from tests.bem.methods.contacts import lennard_jones, mesh_for
 from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box, ramps
 
 # Largest eigenvalue of the last state before a jump; of a contact at rest it is about 1. Last digits change how near to

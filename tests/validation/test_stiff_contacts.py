@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bem import HardContact, LennardJones, Scene, simulate
-from bem.materials import StandardLinearSolid
-from bem.protocol import PiecewiseLinearProtocol
+from bem.problem.materials import StandardLinearSolid
+from bem.problem.protocol import PiecewiseLinearProtocol
 from tests.validation.cases import ramps
 
 MOST_STEPS = 8_000

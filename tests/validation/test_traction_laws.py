@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bem import ConstantStress, Elastic, Exponential, LennardJones, Scene, StandardLinearSolid
-from bem.reference_solutions import maugis_dugdale
-from bem.solver.simulation import count_unstable
+from bem.methods.closed_forms import maugis_dugdale
+from bem.simulation import count_unstable
 from tests.validation.cases import completed, ramps
 
 CYCLE = ramps(2.0, 1.0, 0.0, 1.0)

@@ -21,7 +21,6 @@ import numpy as np
 
 from bem._support.validation import instance
 from bem._support.wording import shown
-from bem.accuracy import resolve_accuracy
 from bem.lab.contact_point import FEWEST
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
@@ -32,7 +31,8 @@ from bem.lab.models import CONTACT_POINT, LADDER, LINEAR, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
-from bem.materials import PronySeries
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.materials import PronySeries
 
 AUTO = "auto"
 

@@ -18,7 +18,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.models import Jump, Path
 from bem.lab.setup import Setup
 from bem.lab.units import Quantity, readable, to_si
-from bem.reference_solutions import jkr
+from bem.methods.closed_forms import jkr
 
 MOST = 1500
 """Points that a longer curve is averaged to."""

@@ -109,7 +109,7 @@ class FitResult:
         from matplotlib.figure import Figure
         from matplotlib.ticker import EngFormatter, MaxNLocator
 
-        from bem.plots import COLOURS, PULL_OFF, ZERO
+        from bem.results.plots import COLOURS, PULL_OFF, ZERO
 
         measured, offset, touched = self.measured, self.values.get("force_offset"), self.values.get("contact_point")
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")

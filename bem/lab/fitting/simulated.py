@@ -16,9 +16,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from bem._support.validation import FloatArray
-from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.models.solver import NoContactError
+from bem.problem.accuracy import TIGHTEST, resolve_accuracy
 
 _TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
 _SHORT, _LONG, _TRIED = 8, 20, 6  # evaluations of a run from a start and of one that ends, and starts that are run

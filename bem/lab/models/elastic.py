@@ -52,13 +52,13 @@ def cone(values: Values, setup: Setup, deepest: float) -> Curve:
 
 
 def dmt(values: Values, setup: Setup, deepest: float) -> Curve:
-    """Hertz's contact, pulled by the long-ranged attraction 2 pi R w outside it; see `bem.reference_solutions.dmt`."""
+    """Hertz's contact, pulled by the long-ranged attraction 2 pi R w outside it; see `bem.methods.closed_forms.dmt`."""
     depth, force = hertz(values, setup, deepest)
     return depth, force + 2.0 * np.pi * setup.radius * values["work_of_adhesion"]
 
 
 def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
-    """Short-ranged adhesion, from where contact and spring lose stability on; see `bem.reference_solutions.jkr`."""
+    """Short-ranged adhesion, from where contact and spring lose stability on; see `bem.methods.closed_forms.jkr`."""
     modulus, work, radius = contact_modulus(values, setup), values["work_of_adhesion"], setup.radius
     pull = 2.0 * np.pi * work / modulus
 

@@ -14,9 +14,9 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values, setup_of
 from bem.lab.setup import Setup
-from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
-from bem.reference_solutions.dmt import rigid_force_from_indentation
-from bem.trajectory import Trajectory
+from bem.methods.closed_forms.dmt import rigid_force_from_indentation
+from bem.problem.protocol import PiecewiseLinearProtocol, default_start_indentation
+from bem.results.trajectory import Trajectory
 
 MEMORY = ("retardation_time", "modulus_ratio")
 _FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
@@ -73,7 +73,7 @@ def tension(
     Raises:
         NoContactError: the solver does not complete the contact, or the budget is spent.
     """
-    from bem.solver.simulation import simulate
+    from bem.simulation import simulate
 
     if budget is not None and budget[0] < 0.0:
         raise NoContactError("its search took too long")

@@ -23,8 +23,8 @@ from bem.lab.models.model import (
     Values,
     contact_modulus,
 )
-from bem.materials import PronySeries
 from bem.materials_library import relaxation_spectrum
+from bem.problem.materials import PronySeries
 
 _ELEMENTS = 100
 

@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 import bem
-from bem.solver import elastic_branch, hard_contact, paper_method, records, time_stepping
+from bem.methods import paper_method, records
+from bem.methods.boundary_elements import time_stepping
+from bem.methods.elastic_curve import branch as elastic_branch
+from bem.methods.without_adhesion import hard_contact
 from tests.processes import ROOT
 
 HANG = 600.0  # seconds after which a program that should end is taken to hang

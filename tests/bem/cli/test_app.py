@@ -9,10 +9,10 @@ from bem import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Scene, 
 from bem._support.command_line import FIRST_PROTOCOL
 from bem.cli.app import app, readable
 from bem.cli.arguments import parse_material
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.plots import draw_trajectory, title_of
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.results.plots import draw_trajectory, title_of
 from experiments.paper_numbers import paper_rows
-from tests.bem.test_trajectory import trajectory_of
+from tests.bem.results.test_trajectory import trajectory_of
 from tests.processes import succeeded
 
 KINDS = (ForceProtocol, PiecewiseLinearProtocol)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bem.accuracy import resolve_accuracy
 from bem.dataset.cases import ARRAYS
-from bem.materials import Elastic, PronySeries
-from bem.protocol import history_of
-from bem.trajectory import Jump, Statistics, Trajectory
+from bem.problem.accuracy import resolve_accuracy
+from bem.problem.materials import Elastic, PronySeries
+from bem.problem.protocol import history_of
+from bem.results.trajectory import Jump, Statistics, Trajectory
 
 
 def solve(scene, protocol, accuracy="standard"):

@@ -12,9 +12,9 @@ from bem import Cases, HardContact, Scene, load_cases, run_campaign
 from bem.dataset.cases import ARRAYS, described, restored, with_nan
 from bem.dataset.file import load_dataset
 from bem.dataset.sealed_file import DamagedFileError
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
-from bem.trajectory import Statistics
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.results.trajectory import Statistics
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here, stop_after
 from tests.data_files import editing

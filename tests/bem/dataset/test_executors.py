@@ -20,7 +20,7 @@ from bem.dataset.designs import Design
 from bem.dataset.executors import CampaignError, ClusterExecutor, results
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
-from bem.trajectory import Jump
+from bem.results.trajectory import Jump
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import Here, assert_same_numbers, command, parts, run_here
 from tests.processes import ROOT

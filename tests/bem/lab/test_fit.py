@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from bem import PronySeries
-from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import noise_of
 from bem.lab.fitting import FitError, guess_setup, simulated
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.models import CONTACT_POINT, LADDER, Path
+from bem.methods.boundary_elements.meshes import master_grid
 from experiments.robustness.lab_coverage import drawn_curve
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time

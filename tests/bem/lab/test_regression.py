@@ -7,14 +7,13 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from bem import simulate
+from bem import simulate, simulation
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import find_contact, noise_of
 from bem.lab.fitting import regression, simulated
 from bem.lab.fitting.measurement import hertz_line, measurement_of, slow_noise
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import LADDER
-from bem.solver import simulation
 from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time
 
 

@@ -9,8 +9,8 @@ import pytest
 import surrogate
 from bem import Elastic, PronySeries, StandardLinearSolid, simulate
 from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
-from bem.plots import COLOURS
-from bem.reference_solutions import jkr
+from bem.methods.closed_forms import jkr
+from bem.results.plots import COLOURS
 from tests.bem.lab.measurement import BEAD
 
 AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}

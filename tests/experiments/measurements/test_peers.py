@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bem.tractions import traction
+from bem.problem.tractions import traction
 from experiments.measurements import peers
 
 

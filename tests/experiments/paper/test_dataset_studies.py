@@ -3,8 +3,8 @@ import pytest
 
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.records import COMPLETED, FAILED
-from bem.protocol import default_start_indentation
-from bem.reference_solutions import dmt
+from bem.methods.closed_forms import dmt
+from bem.problem.protocol import default_start_indentation
 from experiments.common import write_result
 from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
 from paper_figures.report.claims import Results, judge, text_claims

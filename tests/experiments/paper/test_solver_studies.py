@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.reference_solutions import persson_brener as theory
+from bem.methods.closed_forms import persson_brener as theory
 from experiments import common
 from experiments.common import CONFIGS, MODELS, read_config, read_result
 from experiments.measurements import canonical_times

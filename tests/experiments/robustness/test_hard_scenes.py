@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bem import ForceProtocol, LoadingProtocol
-from bem.reference_solutions import jkr
+from bem.methods.closed_forms import jkr
 from experiments.measurements.cases import Case, drawn, rows_of
 from experiments.robustness import hard_case_map, random_scenes
 from experiments.robustness.hard_case_map import relative_change

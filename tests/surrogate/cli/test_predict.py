@@ -12,12 +12,12 @@ import pytest
 
 import surrogate
 from bem import LoadingProtocol, PiecewiseLinearProtocol, simulate
-from bem.plots import COLOURS
+from bem.results.plots import COLOURS
 from surrogate import ExtrapolationWarning
 from surrogate.cli.comparison import plot_predictions, solver_errors
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
-from tests.bem.test_trajectory import trajectory_of
+from tests.bem.results.test_trajectory import trajectory_of
 from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
 

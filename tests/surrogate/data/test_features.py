@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
-from bem.reference_solutions import hereditary_hertz
+from bem.methods.closed_forms import hereditary_hertz
 from surrogate.data.features import channel_names, channels, edge_from_counts, edge_from_indentations, plateau
 
 PROTOCOL = {"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}

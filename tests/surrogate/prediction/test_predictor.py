@@ -13,9 +13,9 @@ from bem import LoadingProtocol
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
-from bem.protocol import default_start_indentation
-from bem.reference_solutions import dmt
-from bem.trajectory import far_field
+from bem.methods.closed_forms import dmt
+from bem.problem.protocol import default_start_indentation
+from bem.results.trajectory import far_field
 from surrogate.cli.comparison import readable
 from surrogate.prediction import validity
 from surrogate.prediction.networks import KerasNetwork

@@ -1,1 +1,0 @@
-"""A contact in numbers: mesh that follows the edge, influence of overlapping triangles, width of the cohesive zone."""

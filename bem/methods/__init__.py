@@ -1,0 +1,1 @@
+"""The methods that answer a scene, one folder each."""

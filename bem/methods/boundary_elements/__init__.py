@@ -1,0 +1,1 @@
+"""Boundary elements with memory and time steps, for every scene."""

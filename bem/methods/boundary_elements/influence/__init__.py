@@ -1,0 +1,1 @@
+"""Displacement under overlapping triangles of traction."""

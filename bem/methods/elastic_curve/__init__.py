@@ -1,0 +1,1 @@
+"""The curve of equilibria of an elastic contact."""

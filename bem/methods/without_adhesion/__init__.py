@@ -1,0 +1,1 @@
+"""Contact without adhesion, by Hertz and Ting in one unknown."""

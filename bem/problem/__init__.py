@@ -1,0 +1,1 @@
+"""What a user writes: scene, materials, indenter, protocol, accuracy."""

@@ -1,0 +1,352 @@
+"""`simulate`: compute the trajectory of a scene under a protocol."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from numbers import Integral
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._support.jit import compilation
+from bem._support.validation import finite_number, instance, whole_number
+from bem._support.wording import shown
+from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation, least_force, problem_of
+from bem.methods.boundary_elements.time_stepping import march
+from bem.methods.elastic_curve.trajectory import march_elastic
+from bem.methods.physical_bounds import most_tension, within_bounds
+from bem.methods.records import (
+    COMPLETED,
+    DETACHED,
+    MOST_OF_A_DRAFT,
+    MOST_WORK,
+    NO_EQUILIBRIUM,
+    NOT_BALANCED,
+    NOT_FINITE,
+    OUT_OF_WORK,
+    TOO_MUCH_TENSION,
+    UNPHYSICAL,
+    Marched,
+    columns_of,
+    profiles_of,
+    with_peaks,
+    work_by_name,
+)
+from bem.methods.without_adhesion.hard_contact import follow_hard_contact
+from bem.problem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
+from bem.problem.indenter import PARABOLOID, tension_without_deformation
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.negligible_effects import Lighter, lighter_scene
+from bem.problem.protocol import (
+    ForceProtocol,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    Protocol,
+    by_phase,
+    history_of,
+    in_phase,
+)
+from bem.problem.scene import Scene
+from bem.problem.tractions import HardContact, TractionLaw
+from bem.results.profiles import MOST_PROFILES, checked_instants, telling_instants
+from bem.results.trajectory import Jump, Statistics, Trajectory
+
+_MOST_REFINEMENTS = 3  # each halves the target error
+_FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations")
+REASONS = {
+    COMPLETED: "completed",
+    NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
+    OUT_OF_WORK: "stopped at the budget of {:g} multiply-adds; try a looser accuracy, a shorter protocol or a larger "
+    "most_work",
+    UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
+    DETACHED: "detached: no contact bears the prescribed force",
+    NOT_FINITE: "a number of the history is not finite; try a tighter accuracy",
+    TOO_MUCH_TENSION: "tension beyond what the adhesion allows; try a tighter accuracy",
+    NOT_BALANCED: "work beyond what the contact stores and loses; try a tighter accuracy",
+}
+_RETRIED = (NO_EQUILIBRIUM, UNPHYSICAL, NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED)  # by time steps, on finer meshes
+
+
+def simulate(
+    scene: Scene,
+    protocol: Protocol,
+    accuracy: str | float = "standard",
+    *,
+    initial_state: Literal["relaxed", "glassy"] = "relaxed",
+    mesh: ArrayLike | None = None,
+    profiles: ArrayLike | int | None = None,
+    most_work: float | None = None,
+) -> Trajectory:
+    """Compute the force history of a scene under a protocol.
+
+    Args:
+        scene: Tabor parameter, material, adhesion, spring and indenter; only the effects it names are simulated.
+        protocol: `LoadingProtocol`, any `PiecewiseLinearProtocol` (cycles and hold), or a `ForceProtocol` (load
+            control, creep). In a scene with a spring the first two move the stage.
+        accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
+            to 0.05). Draft is for looking, standard for data sets, reference for checking; `docs/cost.md` has
+            what each costs.
+        initial_state: "relaxed", as if the sphere had been at its start for ever, or "glassy", as if it had just
+            arrived there.
+        mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g.
+            `bem.methods.boundary_elements.meshes.mesh.uniform_mesh`; by default nodes follow the edge.
+        profiles: instants (p,) at which the trajectory keeps gap, traction and displacement over the radius, increasing
+            and within the protocol; or about how many (2 to 10,000), which are then placed where the history changes,
+            by a simulation that is run before. None by default.
+        most_work: budget in multiply-adds, 1e3 to 1e18, of all attempts together; the default is about a minute of one
+            core, or a few seconds where the target is that of a draft or looser. A trajectory that needs more ends
+            where the budget does.
+
+    Returns:
+        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through, which
+        its `status` says then. The status begins with "completed" or says where and why the trajectory ended; the
+        scalar results of an unfinished one are NaN.
+
+    Raises:
+        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state, a mesh or instants, naming
+            what is allowed.
+
+    Source: paper, Methods and Appendix "BEM discretisation details"; differences from it are listed in `bem/README.md`.
+    """
+    instance("scene", scene, (Scene,))
+    instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol, ForceProtocol))
+    target = resolve_accuracy(accuracy)
+    if most_work is None:
+        most_work = MOST_OF_A_DRAFT if target.target >= NAMED_TARGETS["draft"] else MOST_WORK
+    budget = finite_number("most_work", most_work, low=1e3, high=1e18)
+    if initial_state not in ("relaxed", "glassy"):
+        raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
+    path = history_of(protocol, scene.tabor)
+    glassy = initial_state == "glassy"
+    if mesh is None and profiles is None and isinstance(scene.adhesion, HardContact):
+        load_kernels("no adhesion")
+        started = time.perf_counter()
+        result, rung = follow_hard_contact(scene, path, target, glassy, budget)
+        result = _checked(result, scene, path, target.target)
+        if result.outcome not in _RETRIED:
+            return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
+    instants = np.empty(0)
+    if isinstance(profiles, Integral):
+        count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
+        first = _followed(scene, path, target, glassy, mesh, instants, budget)
+        if not first.completed:
+            return first
+        instants = telling_instants(first, count)
+    elif profiles is not None:
+        instants = checked_instants(profiles, path.times)
+    if mesh is not None or profiles is not None:  # of the scene as it is
+        return _followed(scene, path, target, glassy, mesh, instants, budget)
+    lighter = lighter_scene(scene, path, target.target, glassy)
+    found = _on_branch(lighter.scene, path, target, budget) or _followed(
+        lighter.scene, path, target, glassy, None, instants, budget
+    )
+    return _as_asked(found, scene, lighter) if lighter.left_out else found
+
+
+def _as_asked(found: Trajectory, scene: Scene, lighter: Lighter) -> Trajectory:
+    """The trajectory of a lighter scene in the units of the one asked for, behind its spring."""
+    stats = replace(found.stats, left_out=lighter.left_out, left_out_error=lighter.error)
+    radius, depth = found.contact_radius * math.sqrt(lighter.scene.tabor / scene.tabor), found.indentation
+    if scene.spring is not None and lighter.scene.spring is None:
+        depth = depth + found.force / scene.spring
+    return replace(found, stats=stats, contact_radius=radius, indentation=depth, spring=scene.spring)
+
+
+def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
+    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
+    # The rim at which attraction ends far outside the contact may be too narrow for the meshes of the branch.
+    steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
+    narrow = steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
+    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact) or narrow:
+        return None
+    load_kernels("elastic curve")
+    started = time.perf_counter()
+    try:
+        result = march_elastic(scene, path, target, *prescribed(path), budget)
+    except MemoryError as error:
+        return _not_started(str(error), target.target, 0)
+    result = _checked(result, scene, path, target.target)
+    if result.outcome in _RETRIED:
+        return None
+    return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
+
+
+def _checked(result: Marched, scene: Scene, path: Path, target: float) -> Marched:
+    """The result, whose outcome says so where it breaks a bound."""
+    return within_bounds(result, scene, least_force(scene, deepest_indentation(scene, path)), target)
+
+
+def _followed(
+    scene: Scene,
+    path: Path,
+    target: Accuracy,
+    glassy: bool,
+    mesh: ArrayLike | None,
+    instants: np.ndarray,
+    budget: float,
+) -> Trajectory:
+    load_kernels("boundary elements")
+    seconds, spent = 0.0, 0
+    for refinement in range(_MOST_REFINEMENTS + 1):
+        wanted = target.target / 2.0**refinement
+        try:
+            problem = problem_of(scene, path, Accuracy(wanted), mesh)
+        except MemoryError as error:
+            if refinement == 0:
+                return _not_started(str(error), wanted, len(scene.material.strengths))
+            break
+        started = time.perf_counter()
+        result = march(problem, *prescribed(path), instants, glassy, budget - spent)
+        result = _checked(result, scene, path, wanted)
+        seconds += time.perf_counter() - started
+        spent += work_by_name(result.work)["multiply_adds"]
+        aim, attempts = wanted, refinement + 1
+        # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
+        if result.outcome not in _RETRIED:
+            break
+    failed = attempts - (result.outcome not in _RETRIED)
+    found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
+    if instants.size:
+        found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
+    nodes = problem.scheme.grid.size
+    stats = replace(found.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent, grid_nodes=nodes)
+    status = found.status
+    if attempts > 1:
+        tried = f"{failed} failed attempt{'s' * (failed > 1)}"
+        status += f" (accuracy tightened from {target.target:g} to {aim:g} after {tried})"
+    return replace(found, status=status, stats=stats)
+
+
+def load_kernels(*names: str) -> None:
+    """Compile what answers a scene, or load it from the cache, by following a tiny contact once.
+
+    Args:
+        names: "boundary elements", "elastic curve" and "no adhesion", as far as they will be used; all by default.
+    """
+    names = names or tuple(_KERNELS)
+    for number, name in enumerate(names):
+        if name not in _loaded:
+            seconds, load = _KERNELS[name]
+            with compilation(names, number, seconds):
+                load()
+            _loaded.add(name)
+
+
+def _load_boundary_elements() -> None:
+    scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
+    problem = problem_of(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5))
+    march(problem, *prescribed(path), np.empty(0), False, 1e4)
+
+
+def _load_elastic_curve() -> None:
+    path = PiecewiseLinearProtocol([0.0, 1.0], [-2.0, 0.1])  # with a jump
+    march_elastic(Scene(tabor=1.0), path, resolve_accuracy("draft"), *prescribed(path), MOST_WORK)
+
+
+def _load_hard_contact() -> None:
+    path = PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
+    for material in (Elastic(), StandardLinearSolid(0.5)):
+        scene = Scene(tabor=1.0, material=material, adhesion=HardContact())
+        follow_hard_contact(scene, path, resolve_accuracy("draft"), False, 1e4)
+
+
+_KERNELS = {
+    "boundary elements": (30.0, _load_boundary_elements),
+    "elastic curve": (12.0, _load_elastic_curve),
+    "no adhesion": (6.0, _load_hard_contact),
+}
+"""What is compiled together, with the seconds of one core that it takes."""
+_loaded: set[str] = set()
+
+
+def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
+    """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well.
+
+    Without adhesion every state is stable.
+    """
+    if isinstance(scene.adhesion, HardContact):
+        return 0
+    load_kernels("boundary elements")
+    path = history_of(protocol, scene.tabor)
+    problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
+    result = march(problem, *prescribed(path), np.empty(0), False, MOST_WORK)
+    return work_by_name(result.work)["unstable"]
+
+
+def prescribed(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Instants (s,) and what the path prescribes at them (s,), as arrays of its own for the kernels."""
+    return np.array(path.times), np.array(path.forces if isinstance(path, ForceProtocol) else path.indentations)
+
+
+def _trajectory(
+    scene: Scene, path: Path, target: float, result: Marched, budget: float, rung: str, seconds: float
+) -> Trajectory:
+    records, jumps = result.records, result.jumps
+    work, terms = work_by_name(result.work), scene.material.strengths.size
+    counts: dict[str, Any] = {name: work[name] for name in _STATISTICS}
+    stats = Statistics(
+        **counts,
+        rung=rung,
+        steps_by_phase=by_phase(path.phases, result.segment_steps.tolist()),
+        memory_vectors=terms,
+        nodes=work["nodes"] / max(work["steps"], 1),
+        unknowns_per_solve=work["unknowns"] / max(work["iterations"], 1),
+        multiply_adds=work["multiply_adds"],
+        seconds=seconds,
+    )
+    status = REASONS[result.outcome].format(budget)
+    if not len(records):
+        return _not_started(status.removeprefix("detached: "), target, terms)
+    if result.outcome != COMPLETED:
+        status = f"{status} (at time {records['time'][-1]:.6g}, indentation {records['indentation'][-1]:.6g})"
+    unloading = in_phase(path, records["time"], "unloading")
+    by_force = isinstance(path, ForceProtocol)
+    if isinstance(path, PiecewiseLinearProtocol):
+        if scene.spring is not None:  # the corners of the path and its end are those of the stage
+            records["indentation"] = path.indentation_at(records["time"])
+        if rung == "boundary elements":
+            records, unloading = with_peaks(records, unloading, most_tension(scene) * (1.0 + target))
+    attraction = 1.0
+    if scene.indenter is not None:
+        gap = 1.0 - min(float(records["indentation"][-1]), 0.0)
+        at = (tension_without_deformation(scene.tabor, n, gap) for n in (scene.exponent, PARABOLOID))
+        attraction = next(at) / next(at)
+    found = tuple(Jump(*row) for row in jumps.tolist())
+    balances = terms == 0 and result.outcome != DETACHED
+    balance = _energy_balance(records, result.energies, found, target) if balances else np.nan
+    if scene.spring is not None and not by_force:
+        records["indentation"] += records["force"] / scene.spring
+    return Trajectory(
+        *columns_of(records),
+        status=status,
+        jumps=found,
+        stats=stats,
+        accuracy=target,
+        unloading=unloading,
+        energy_balance=balance,
+        spring=scene.spring,
+        by_force=by_force,
+        attraction=attraction,
+    )
+
+
+def _not_started(reason: str, target: float, terms: int) -> Trajectory:
+    """An empty trajectory: the scene is known to be out of reach before the first step."""
+    empty, stats = np.zeros(0), Statistics(memory_vectors=terms)
+    said = f"not started: {reason}"
+    return Trajectory(
+        empty, empty, empty, empty, status=said, jumps=(), stats=stats, accuracy=target, unloading=np.zeros(0, bool)
+    )
+
+
+def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump, ...], target: float) -> float:
+    """Work put into an elastic contact; back at the same indentation and force, it is in the same state as before."""
+    lost = sum(jump.energy_lost for jump in jumps)
+    first, last = records[0], records[-1]
+    depth, force = first["indentation"], first["force"]
+    returned = depth == last["indentation"] and abs(last["force"] - force) < target * max(1.0, abs(force))
+    return float(lost if returned else lost + energies[1] - energies[0])

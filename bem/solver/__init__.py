@@ -1,1 +1,0 @@
-"""How a contact is solved: mesh, equilibrium, instabilities, hereditary memory, time stepping."""

@@ -1,0 +1,137 @@
+"""Elastic contacts that are read off the curve of equilibria, beside time steps of the boundary-element solver."""
+
+import numpy as np
+import pytest
+
+from bem import ConstantStress, Exponential, LennardJones, PowerLaw, Scene, simulate, simulation
+from bem.methods.closed_forms import maugis_dugdale
+from bem.methods.elastic_curve import branch as elastic_branch
+from bem.methods.records import COMPLETED, NO_EQUILIBRIUM
+from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
+
+CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-6.0, 2.0, -1.0, 3.0, -9.0])
+PULLED = ForceProtocol([0.0, 1.0, 2.0, 3.0], [0.0, -8.0, 1.0, 1.7])
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol"),
+    [
+        (Scene(0.3), CYCLES),
+        (Scene(1.0), CYCLES),
+        (Scene(3.0), CYCLES),
+        (Scene(1.0, spring=0.4), CYCLES),
+        (Scene(2.0, spring=5.0), CYCLES),
+        (Scene(0.3), PULLED),
+        (Scene(2.0), PULLED),
+        (Scene(1.5, adhesion=Exponential()), CYCLES),
+        (Scene(1.0, adhesion=ConstantStress()), CYCLES),
+    ],
+)
+def test_the_curve_and_time_steps_agree(scene, protocol, monkeypatch):
+    found = simulate(scene, protocol)
+    monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
+    stepped = simulate(scene, protocol, 1e-3)
+    assert (found.stats.rung, stepped.stats.rung) == ("elastic branch", "boundary elements")
+    assert found.status.split()[0] == stepped.status.split()[0]
+    assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
+    assert found.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
+    assert found.energy_balance == pytest.approx(stepped.energy_balance, abs=4e-3, rel=4e-3, nan_ok=True)
+    assert len(found.jumps) == len(stepped.jumps)
+    rigid = scene.spring is None and protocol is CYCLES  # else the sphere moves fast where it is about to jump
+    for one, other in zip(found.jumps, stepped.jumps, strict=True):
+        assert one.indentation == pytest.approx(other.indentation, abs=0.01 if rigid else 0.03)
+        assert one.indentation_after == pytest.approx(other.indentation_after, abs=0.02, nan_ok=True)
+        assert one.force_after == pytest.approx(other.force_after, abs=0.02)
+        assert one.energy_lost == pytest.approx(other.energy_lost, abs=4e-3, rel=4e-3, nan_ok=True)
+    instants = np.linspace(0.0, min(found.time[-1], stepped.time[-1]), 300)
+    if protocol is PULLED:
+        depths = [np.interp(instants, one.time, one.indentation) for one in (found, stepped)]
+        assert np.median(np.abs(depths[0] - depths[1])) < 4e-3 * scene.tabor
+    else:
+        assert np.median(np.abs(found.at(instants) - stepped.at(instants))) < 2e-3
+
+
+def test_equal_cycles_repeat_to_the_last_bit():
+    once = simulate(Scene(3.0), PiecewiseLinearProtocol([0, 1, 2], [-7.0, 2.0, -7.0]))
+    often = simulate(Scene(3.0), PiecewiseLinearProtocol(range(9), [-7.0, 2.0] * 4 + [-7.0]))
+    assert len(often.jumps) == 4 * len(once.jumps) == 8
+    assert often.hysteresis == pytest.approx(4.0 * once.hysteresis, rel=1e-9)
+    first = often.time <= 2.0
+    np.testing.assert_array_equal(often.force[first], once.force)
+
+
+@pytest.mark.parametrize("spring", [None, 0.4, 5.0])
+def test_the_area_of_the_loop_is_what_its_jumps_lose(spring):
+    found = simulate(Scene(2.0, spring=spring), PiecewiseLinearProtocol([0, 1, 2], [-15.0, 3.0, -15.0]))
+    loop = np.trapezoid(found.force, found.stage)
+    assert abs(loop) == pytest.approx(sum(jump.energy_lost for jump in found.jumps), abs=4e-3, rel=2e-3)
+    assert found.energy_balance == pytest.approx(abs(loop), abs=4e-3, rel=2e-3)
+
+
+@pytest.mark.parametrize("depths", [[-2.5, 1.0], [-3.0, 1.0], [0.5, -1.0]])
+def test_a_path_starts_where_the_surfaces_have_come_together(depths):
+    """Mu 2 snaps in at -2.55 and off at -3.38."""
+    found = simulate(Scene(2.0), PiecewiseLinearProtocol([0.0, 1.0], depths))
+    assert (found.contact_radius[0] > 0.0) == (depths[0] > -2.55)
+    assert found.indentation[[0, -1]] == pytest.approx(depths)
+    assert len(found.jumps) == (depths[0] < -2.55)
+
+
+def test_only_the_budget_of_the_whole_curve_gives_a_trajectory():
+    whole = simulate(Scene(5.0), CYCLES)
+    for share, wanted in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
+        found = simulate(Scene(5.0), CYCLES, most_work=share * whole.stats.multiply_adds)
+        assert found.status.startswith(wanted)
+
+
+def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
+    follow = elastic_branch.follow
+
+    def broken(*arguments):
+        growth = follow(*arguments)
+        return (
+            growth._replace(count=growth.count - 20, outcome=NO_EQUILIBRIUM) if growth.outcome == COMPLETED else growth
+        )
+
+    monkeypatch.setattr(elastic_branch, "follow", broken)
+    found = simulate(Scene(1.37), CYCLES, "draft")
+    assert found.completed
+    assert found.stats.rung == "boundary elements"
+    assert len(found.jumps) == 2
+
+
+@pytest.mark.parametrize(
+    ("tabor", "deep"), [(12.0, -26.0), pytest.param(27.0, -50.0, marks=pytest.mark.slow), (45.0, -90.0)]
+)
+def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, deep):
+    """Before the surfaces meet such a traction acts on a disk much wider than the smallest contact."""
+    path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [deep, 24.0, deep])
+    found = simulate(Scene(tabor, adhesion=ConstantStress()), path, most_work=1e10)
+    assert found.completed
+    assert found.stats.rung == "elastic branch"
+    assert found.pull_off_force == pytest.approx(maugis_dugdale.pull_off_force(tabor), rel=4e-3)
+
+
+@pytest.mark.parametrize(
+    ("tabor", "power", "peak", "law"),
+    [(0.02, 8.0, 0.162, Exponential()), (0.02, 6.0, 0.5, LennardJones()), (1.0, 8.0, 0.5, ConstantStress())],
+)
+def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, peak, law, monkeypatch):
+    """Their force grows with a high power of the contact radius."""
+    scene, path = Scene(tabor, adhesion=law, indenter=PowerLaw(power)), [-4.0, peak, -4.0]
+    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], path)
+    both = [simulate(scene, protocol, accuracy) for accuracy in ("draft", "standard")]
+    monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
+    stepped = simulate(scene, protocol, 1e-3)
+    for found in both:
+        assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=found.accuracy)
+        assert found.max_compression == pytest.approx(stepped.max_compression, rel=found.accuracy)
+
+
+def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():
+    path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-26.0, 24.0, -26.0])
+    found = simulate(Scene(12.0, adhesion=ConstantStress(width=0.15)), path, most_work=1e9)
+    # Boundary elements take more than this budget where the curve breaks off.
+    assert found.stats.rung == "elastic branch" or "stopped at the budget" in found.status
+    if found.completed:
+        assert found.pull_off_force == pytest.approx(1.5, rel=4e-3)

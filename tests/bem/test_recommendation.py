@@ -1,0 +1,166 @@
+"""`recommend` keeps its promise on a random sample, leaves out what plainly does not matter, and its pages hold."""
+
+import doctest
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bem
+from bem import HardContact, Scene
+from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.problem.scene import SMALLEST_TABOR
+from bem.recommendation import Effects, choices, difference, operations, recommend, reduced
+from tests.processes import ROOT
+from tests.validation.cases import drawn_from_the_papers_box
+
+SLS = StandardLinearSolid(0.1)
+
+
+PAGE = ROOT / "docs" / "effects.md"
+
+
+def ramp(depth, rate, dwell=0.1, start=None):
+    return LoadingProtocol(
+        peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate, start_indentation=start
+    )
+
+
+@pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
+def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
+    found = recommend(Scene(1.0, SLS), ramp(900.0, rate, 0.0), 0.05, best="fewest")
+    assert str(found.effects) == f"{effects}, without adhesion"
+    assert found.found_by == "estimate"
+    assert found.scene.material == Elastic()
+    assert found.scene.adhesion == HardContact()
+    assert found.estimate < 0.05
+
+
+def test_a_touch_needs_everything():
+    found = recommend(Scene(1.0, SLS), ramp(-0.5, 3.0), 0.01)
+    assert found.found_by == "nothing is left out"
+    assert str(found) == f"{found.effects} (nothing is left out)"
+    assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
+
+
+def test_terms_out_of_reach_of_the_protocol_are_left_out():
+    broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
+    found = recommend(Scene(1.0, broad), ramp(20.0, 20.0, 0.5), 0.02, best="fewest")
+    assert (found.effects.first, found.effects.last) == (1, 2)
+
+
+def test_left_out_terms_are_what_the_full_solid_does():
+    """Frozen and relaxed terms, simulated beside the full solid whose times are far away from the protocol."""
+    scene, protocol = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5])), ramp(4.0, 4.0, 0.2, -10.0)
+    simple, path = reduced(scene, protocol, Effects(adhesion=True, first=1, last=2, of=3))
+    assert simple.material == StandardLinearSolid(1.0 - 0.3 / 0.7)
+    full, found = bem.simulate(scene, protocol, 1e-3), bem.simulate(simple, path, 1e-3)
+    assert difference(found, full, protocol.history(1.0), "force") < 2e-3
+    assert found.pull_off_force == pytest.approx(full.pull_off_force, rel=5e-3)
+
+
+def test_promise_holds_on_a_random_sample():
+    for scene, protocol in drawn_from_the_papers_box(12):
+        found = recommend(scene, protocol, 0.05)
+        full = bem.simulate(scene, protocol)
+        simple = bem.simulate(found.scene, found.protocol)
+        assert difference(simple, full, protocol.history(scene.tabor), "force") < 0.05
+        assert operations(simple) <= operations(full)
+
+
+@pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
+def test_other_quantities_are_decided_by_simulation(quantity):
+    found = recommend(Scene(0.3, SLS), ramp(3.0, 1e-2, 1.0), 0.3, quantity=quantity, best="fewest")
+    assert found.found_by in ("simulation", "nothing is left out")
+    if quantity == "pull_off_force":
+        assert found.effects.adhesion
+        assert found.effects.terms == 0
+
+
+def test_any_history_will_do():
+    cycles = PiecewiseLinearProtocol([0, 1, 2, 3, 4], [-2, 20, 0, 20, -2])
+    found = recommend(Scene(1.0, SLS), cycles, 0.1)
+    assert found.protocol is cycles
+    assert found.effects.terms == 1
+
+
+def test_the_choices_of_a_scene():
+    assert [str(effects) for effects in choices(Scene(1.0))] == ["elastic, without adhesion", "elastic, adhesive"]
+    assert len(choices(Scene(1.0, adhesion=HardContact()))) == 1
+    two = [str(effects) for effects in choices(Scene(1.0, PronySeries([0.2, 0.2], [1.0, 2.0])))]
+    assert two[0] == "elastic glassy, without adhesion"
+    assert two[-1] == "viscoelastic, adhesive"
+    assert two.count("1 of 2 terms, adhesive") == 2
+    every = choices(Scene(1.0, SLS, spring=2.0))
+    assert len(every) == 2 * len(choices(Scene(1.0, SLS)))
+    assert every[-1] == Effects(adhesion=True, first=0, last=1, of=1, spring=True)
+    assert every[-1].count == 3
+    frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), ramp(900.0, 1.0), Effects(True, 0, 0, 1, True))
+    assert frozen.spring == 2.0  # force and indentation keep their units
+
+
+def test_a_peak_below_contact_is_a_protocol_like_others():
+    found = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
+    assert found.effects.terms == 0
+    assert found.scene.tabor != 1.0
+    assert found.protocol == ramp(-1.5, 10.0).history(1.0)
+
+
+@pytest.mark.parametrize("best", ["cheapest", "fewest"])
+def test_choices_out_of_the_range_of_scenes_are_none(best):
+    rigid = Scene(SMALLEST_TABOR, SLS)
+    assert all(reduced(rigid, ramp(1.0, 1.0), effects)[0].tabor >= SMALLEST_TABOR for effects in choices(rigid))
+    assert recommend(rigid, ramp(1.0, 1.0), 0.05, best=best).scene.tabor >= SMALLEST_TABOR
+
+
+def test_the_cheapest_is_never_dearer_than_the_full_scene():
+    slow, scene = ramp(5.0, 1e-2), Scene(5.0, SLS)
+    fewest, cheapest = (recommend(scene, slow, 0.3, best=best) for best in ("fewest", "cheapest"))
+    assert fewest.effects.terms == 0
+    assert cheapest.cost <= min(fewest.cost, 1.0)
+
+
+def test_operations_say_which_scene_is_slower():
+    touch, press = (bem.simulate(Scene(1.0, SLS), ramp(depth, 10.0), "draft") for depth in (0.5, 50.0))
+    assert 0.0 < operations(touch) < operations(press)
+    assert operations(bem.simulate(Scene(1e4, SLS), ramp(50.0, 10.0))) == np.inf
+
+
+def test_contact_radii_are_given_in_the_units_of_the_full_scene():
+    """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
+    scene = Scene(1.0, SLS, HardContact())
+    found = recommend(scene, ramp(9.0, 1e7, 0.0), 0.05, best="fewest")
+    assert found.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
+    assert found.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
+    radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
+    assert radius == pytest.approx(3.0, rel=0.02)
+    assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
+
+
+def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
+    protocol = ramp(5.0, 5.0, 0.0, -9.0)
+    stiff, soft = (recommend(Scene(1.0, SLS, spring=k), protocol, 0.02, best="fewest") for k in (1e5, 1.0))
+    assert str(stiff.effects) == "viscoelastic, adhesive"
+    assert stiff.scene == Scene(1.0, SLS)
+    assert stiff.found_by == "estimate"
+    assert str(soft.effects) == "viscoelastic, adhesive, with a spring"
+    assert soft.scene.spring == 1.0
+    assert soft.found_by == "nothing is left out"
+
+
+def test_the_files_and_the_picture_that_the_page_names_are_there():
+    text = PAGE.read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)\.py`", text))
+    assert len(named) >= 8
+    assert named <= {path.stem for path in Path(bem.__file__).parent.rglob("*.py")}
+    assert "images/figure-effects.png" in text
+    assert (PAGE.parent / "images" / "figure-effects.png").is_file()
+
+
+@pytest.mark.parametrize(("page", "least"), [(PAGE, 10), (PAGE.with_name("cost.md"), 4)])
+def test_every_example_of_the_page_holds(page, least):
+    found = doctest.testfile(str(page), module_relative=False)
+    assert found.attempted > least
+    assert found.failed == 0

@@ -1,0 +1,204 @@
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method, simulation
+from bem.methods.closed_forms import jkr
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from tests.validation.cases import completed
+
+SOFT = StandardLinearSolid(modulus_ratio=0.1)
+PROTOCOL = LoadingProtocol(peak_indentation=4.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+ARRAYS = ("time", "indentation", "force", "contact_radius")
+
+
+def run(material=SOFT, adhesion=None, tabor=1.0, protocol=PROTOCOL, accuracy="draft", **options):
+    scene = Scene(tabor=tabor, material=material, adhesion=adhesion or LennardJones())
+    return completed(scene, protocol, accuracy, **options)
+
+
+def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
+    trajectory = run()
+    for name in ARRAYS:
+        values = getattr(trajectory, name)
+        assert values.dtype == np.float64
+        assert values.shape == trajectory.time.shape
+        assert values.flags.c_contiguous
+    start = PROTOCOL.start(1.0)
+    assert trajectory.indentation[[0, -1]] == pytest.approx([start, start])
+    assert np.max(trajectory.indentation) == 4.0
+    assert trajectory.time[-1] == pytest.approx(PROTOCOL.phase_times(1.0)[-1])
+
+
+def test_phases_that_do_not_occur_take_no_steps():
+    with_dwell = run().stats
+    without = run(protocol=dataclasses.replace(PROTOCOL, dwell_time=0.0)).stats
+    assert set(with_dwell.steps_by_phase) == {"loading", "dwell", "unloading"}
+    assert set(without.steps_by_phase) == {"loading", "unloading"}
+    for stats in (with_dwell, without):
+        assert sum(stats.steps_by_phase.values()) == stats.steps
+        assert stats.iterations >= stats.steps
+
+
+def test_an_elastic_dwell_is_one_step():
+    assert run(material=Elastic(), tabor=0.2).stats.steps_by_phase["dwell"] == 1
+
+
+def test_a_tighter_accuracy_spends_more():
+    draft, standard, reference = (run(accuracy=name).stats for name in ("draft", "standard", "reference"))
+    assert draft.steps < standard.steps < reference.steps
+    assert draft.nodes < standard.nodes < reference.nodes
+
+
+def test_an_impossible_scene_says_so_with_the_figure_before_it_starts():
+    protocol = dataclasses.replace(PROTOCOL, peak_indentation=100.0)
+    trajectory = simulate(Scene(tabor=200.0, material=SOFT), protocol)
+    assert trajectory.status.startswith("not started: the contact edge needs ")
+    assert int(trajectory.status.split("needs ")[1].split()[0]) > 150_000
+    assert not trajectory.completed
+    assert all(getattr(trajectory, name).size == 0 for name in ARRAYS)
+    assert np.isnan([trajectory.pull_off_force, trajectory.hysteresis, trajectory.max_compression]).all()
+    assert trajectory.stats.steps == 0
+
+
+@pytest.mark.parametrize(("tabor", "last"), [(0.5, -2.0), (2.5, -6.0), (2.5, 21.0)])
+def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, last):
+    times, depths = [0.0, 0.4, 0.5, 0.9, 1.3, 5001.3], [-5.5, 20.0, 20.0, -5.5, 20.0 if last > 0.0 else -5.5, last]
+    usual = run(protocol=PiecewiseLinearProtocol(times[:-1], depths[:-1]), tabor=tabor, accuracy="standard")
+    followed = run(protocol=PiecewiseLinearProtocol(times, depths), tabor=tabor, accuracy="standard")
+    fine = run(protocol=PiecewiseLinearProtocol(times, depths), tabor=tabor, accuracy=4e-4)
+    assert followed.stats.nodes < 1.3 * usual.stats.nodes
+    assert followed.stats.grid_nodes > 1.8 * usual.stats.grid_nodes
+    scale = np.abs(fine.force).max()
+    at = np.linspace(0.0, times[-1], 400)
+    np.testing.assert_allclose(followed.at(at), fine.at(at), rtol=0.0, atol=1e-3 * scale)
+    drift = at > times[-2]
+    np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
+
+
+def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
+    module = simulation
+    march, problem_of, asked = module.march, module.problem_of, []
+
+    def lost(*arguments):
+        return march(*arguments)._replace(outcome=module.NO_EQUILIBRIUM)
+
+    def with_little_memory(scene, path, accuracy, *others, **options):
+        asked.append(accuracy)
+        if len(asked) > 2:
+            raise MemoryError("the contact edge needs more")
+        return problem_of(scene, path, accuracy, *others, **options)
+
+    monkeypatch.setattr(module, "march", lost)
+    monkeypatch.setattr(module, "problem_of", with_little_memory)
+    trajectory = simulate(Scene(1.0, SOFT), PROTOCOL, 0.02)
+    assert not trajectory.completed
+    assert len(asked) == 3
+    assert trajectory.accuracy == 0.01
+    assert trajectory.status.endswith("(accuracy tightened from 0.02 to 0.01 after 2 failed attempts)")
+    assert (trajectory.stats.attempts, trajectory.stats.failed_attempts) == (2, 2)
+    assert trajectory.stats.multiply_adds > simulate(Scene(1.0, SOFT), PROTOCOL, 0.01).stats.multiply_adds
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol", "method"),
+    [
+        (Scene(1.0, SOFT), PROTOCOL, simulate),
+        (Scene(1.0, SOFT, adhesion=HardContact()), PROTOCOL, simulate),
+        (Scene(1.0, SOFT, spring=1.0), PROTOCOL, simulate),
+        (Scene(1.0, SOFT), ForceProtocol([0.0, 1.0, 2.0], [0.0, -5.0, 0.0]), simulate),
+        (Scene(1.0, SOFT), PROTOCOL, functools.partial(simulate_paper_method, nodes=40, steps=40)),
+    ],
+)
+def test_the_work_is_bounded_and_what_was_computed_is_kept(scene, protocol, method):
+    whole = method(scene, protocol)
+    budget = 0.7 * whole.stats.multiply_adds
+    part = method(scene, protocol, most_work=budget)
+    assert part.status.startswith(f"stopped at the budget of {budget:g} multiply-adds; try ")
+    assert not part.completed
+    assert budget <= part.stats.multiply_adds < 1.2 * budget
+    shared = np.isin(part.time, whole.time)
+    assert shared.sum() > 0.8 * part.time.size > 10
+    assert part.time[-1] < whole.time[-1]
+    np.testing.assert_array_equal(part.force[shared][:-2], whole.force[: part.time.size][shared][:-2])
+    assert method(scene, protocol, most_work=1.01 * whole.stats.multiply_adds).status == whole.status
+
+
+@pytest.mark.slow
+def test_a_tightened_accuracy_is_said():
+    random, attempts = np.random.default_rng(5), set()
+    for _ in range(40):
+        tabor, ratio = random.uniform(6.0, 10.0), np.exp(random.uniform(np.log(0.01), np.log(0.1)))
+        times = [0.0, *np.cumsum(10.0 ** random.uniform(-3.0, 1.0, 3))]
+        depths = tabor * np.array([-2.1, random.uniform(0.0, 4.0), random.uniform(0.0, 2.0), -3.5])
+        scene = Scene(tabor, StandardLinearSolid(ratio), adhesion=ConstantStress())
+        found = simulate(scene, PiecewiseLinearProtocol(times, depths), 0.05)
+        stats = found.stats
+        said = f"completed (accuracy tightened from 0.05 to {found.accuracy:g} after {stats.failed_attempts} failed"
+        assert found.status.startswith(said) if stats.attempts > 1 else found.status == "completed"
+        assert found.completed
+        assert found.accuracy == 0.05 / 2.0**stats.failed_attempts
+        assert stats.attempts == stats.failed_attempts + 1
+        attempts.add(stats.attempts)
+    assert len(attempts) > 1
+
+
+LARGE_MU = {
+    "40": (Scene(40.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160])),
+    "60": (Scene(60.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-240, 60, -240])),
+    "30 by force": (Scene(30.0, StandardLinearSolid(0.5)), ForceProtocol(range(5), [0, -50, -50, 1, 1.4])),
+}
+
+
+def test_a_large_contact_pulled_beyond_its_fold_is_released():
+    found = simulate(*LARGE_MU["40"], "draft")
+    assert (found.status, found.stats.attempts) == ("completed", 1)
+    assert found.detached
+    released = found.jumps[-1]
+    # JKR's fold of the glass, below which no contact of any radius exists
+    assert released.indentation < jkr.fold_indentation(40.0)
+    assert released.force_after < 0.05 < 5.0 < released.force_before
+    assert released.eigenvalue_after == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", ["draft", 1e-3])
+@pytest.mark.parametrize("name", LARGE_MU)
+def test_a_large_tabor_parameter_ends_at_its_budget(name, accuracy):
+    trajectory = simulate(*LARGE_MU[name], accuracy, most_work=5e9)
+    assert trajectory.status.removeprefix("not started: ").startswith("stopped at the budget of 5e+09 multiply-adds; ")
+    assert trajectory.stats.multiply_adds < 5.5e9
+
+
+def test_a_held_contact_relaxes_to_the_elastic_force():
+    path = PiecewiseLinearProtocol([0.0, 1e-3, 60.0], [-1.0, 3.0, 3.0])
+    held, elastic = (run(material=material, protocol=path, accuracy=1e-3) for material in (SOFT, Elastic()))
+    assert held.force[-1] == pytest.approx(elastic.force[-1], rel=1e-3)
+    assert held.max_compression < 3.0 * elastic.max_compression
+
+
+def test_a_jump_is_recorded_twice_at_its_instant():
+    protocol = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    trajectory = run(material=Elastic(), tabor=3.0, protocol=protocol, accuracy="standard")
+    assert len(trajectory.jumps) == 2
+    for jump in trajectory.jumps:
+        before, after = np.flatnonzero(trajectory.time == jump.time)
+        assert trajectory.force[[before, after]].tolist() == [jump.force_before, jump.force_after]
+        assert abs(jump.eigenvalue_before) < 0.05
+        assert jump.eigenvalue_after > 3.0 * abs(jump.eigenvalue_before)
+    snap_in, snap_off = trajectory.jumps
+    assert snap_in.force_after > snap_in.force_before
+    assert snap_off.force_after < snap_off.force_before
+
+
+@pytest.mark.parametrize("far", [1.0, 2.0, 5.0, 10.0])
+@pytest.mark.parametrize("tabor", [0.02, 0.05])
+def test_the_pull_before_contact_is_in_the_history_of_a_nearly_rigid_solid(tabor, far):
+    """Its gap is predicted over any distance, so nothing but the course of the force keeps steps from leaping it."""
+    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-far, 2.0, -far])
+    trajectory = simulate(Scene(tabor, StandardLinearSolid(0.1)), protocol)
+    approach = trajectory.force[~trajectory.unloading].max()
+    assert approach == pytest.approx(2.0, rel=0.01)
