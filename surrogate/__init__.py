@@ -63,8 +63,7 @@ class _KerasImport(importlib.abc.MetaPathFinder):
 
 
 def _register_layers() -> None:
-    for module in ("layers", "blocks"):
-        importlib.import_module(f"surrogate.architectures.{module}")
+    importlib.import_module("surrogate.architectures.layers")
 
 
 if "keras" in sys.modules:

@@ -33,7 +33,7 @@ def in_this_process(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def forget_registered_architectures():
-    tables = (naming.FAMILIES, naming.CONDITIONINGS_OF, registry.REGISTERED)
+    tables = (naming.FAMILIES, registry.REGISTERED)
     before = [dict(table) for table in tables]
     yield
     for table, kept in zip(tables, before, strict=True):

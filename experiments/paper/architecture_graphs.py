@@ -1,9 +1,10 @@
 """The models as graphs of layers, read from the Keras models, so that drawings and models always agree.
 
 For each model: its layers in order of computation, each with its kind, a short label, its width, its number of
-parameters and the layers that it reads.
+parameters and the layers that it reads. The layers `block_1_...` are one, as a block is one box in the paper.
 """
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,30 +25,50 @@ def label(layer: Any) -> str:
         "AppendTabor": lambda: "Concat",
         "FiLM": lambda: "FiLM",
         "TaborGate": lambda: "Gate",
-        "ResidualTCNBlock": lambda: f"TCN {config['filters']}, d = {config['dilation']}",
-        "EncoderBlock": lambda: f"Encoder, {config['heads']} heads",
     }
     return texts[kind]() if kind in texts else kind
 
 
+def kind_and_label(operations: list[Any]) -> tuple[str, str]:
+    """Kind and text of the box of a layer, or of the layers of a block; the first layer of a block names its kind."""
+    kind, config = type(operations[0]).__name__, operations[0].get_config()
+    if len(operations) > 1 and kind == "Conv1D":
+        return "ResidualBlock", f"TCN {config['filters']}, d = {config['dilation_rate'][0]}"
+    if len(operations) > 1 and kind == "MultiHeadAttention":
+        return "EncoderBlock", f"Encoder, {config['num_heads']} heads"
+    return kind, label(operations[0])
+
+
+def box_name(operation: Any) -> str:
+    """Name of the box of a layer: that of its block, or its own."""
+    return re.sub(r"^(block_\d+)_.*", r"\1", operation.name)
+
+
 def graph(model: Any) -> dict[str, Any]:
     """Parameters, receptive field in steps (`None` if unlimited) and layers of a functional Keras model."""
-    layers = []
+    boxes: dict[str, list[Any]] = {}
     for operation in model.operations:
+        boxes.setdefault(box_name(operation), []).append(operation)
+    layers = []
+    for name, operations in boxes.items():
         # Keras 3 has no public interface for the inputs of a layer.
-        node = operation._inbound_nodes[0]
+        nodes = [operation._inbound_nodes[0] for operation in operations]
+        sources = [box_name(tensor._keras_history.operation) for node in nodes for tensor in node.input_tensors]
+        kind, text = kind_and_label(operations)
         layers.append(
             {
-                "name": operation.name,
-                "kind": type(operation).__name__,
-                "label": label(operation),
-                "width": int(node.output_tensors[0].shape[-1]),
-                "parameters": int(operation.count_params()) if hasattr(operation, "count_params") else 0,
-                "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
+                "name": name,
+                "kind": kind,
+                "label": text,
+                "width": int(nodes[-1].output_tensors[0].shape[-1]),
+                "parameters": sum(int(part.count_params()) for part in operations if hasattr(part, "count_params")),
+                "inputs": [source for source in dict.fromkeys(sources) if source != name],
             }
         )
-    blocks = [operation for operation in model.operations if type(operation).__name__ == "ResidualTCNBlock"]
-    receptive = 1 + sum(2 * (one.kernel_size - 1) * one.dilation for one in blocks) if blocks else None
+    blocks = [name for name, operations in boxes.items() if kind_and_label(operations)[0] == "ResidualBlock"]
+    convolutions = [part for name in blocks for part in boxes[name] if type(part).__name__ == "Conv1D"]
+    steps = (part.dilation_rate[0] * (part.kernel_size[0] - 1) for part in convolutions)
+    receptive = 1 + sum(steps) if blocks else None
     return {"parameters": int(model.count_params()), "receptive_field": receptive, "layers": layers}
 
 
@@ -58,7 +79,9 @@ def graphs(names: Iterable[str]) -> dict[str, Any]:
     from surrogate.data.features import channel_names
 
     models = {name: graph(surrogate.build(name)) for name in names}
-    families = {family: FAMILIES[family] for family in dict.fromkeys(split_name(name)[0] for name in models)}
+    families = {
+        family: FAMILIES[family].description for family in dict.fromkeys(split_name(name)[0] for name in models)
+    }
     return {"channels": list(channel_names("D")), "families": families, "models": models}
 
 

@@ -20,7 +20,7 @@ FILL = {
     "InputLayer": schematics.PLAIN_FILL,
     "LSTM": schematics.LSTM_FILL,
     "LayerNormalization": "#C5C5C5",
-    **dict.fromkeys(("Conv1D", "ResidualTCNBlock"), schematics.CONV_FILL),
+    **dict.fromkeys(("Conv1D", "ResidualBlock"), schematics.CONV_FILL),
     "EncoderBlock": "#F1D47D",
     "Dense": schematics.DENSE_FILL,
     **dict.fromkeys(("AppendTabor", "FiLM", "TaborGate"), schematics.TABOR_FILL),
@@ -144,7 +144,7 @@ def compose(architecture_graphs: Any, family: str | None = None) -> Figure | dic
     panels = drawn.subplots(2, 3)
     for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
         draw_family(axes, graphs, one, deepest)
-        title = textwrap.fill(f"({name}) {one}: {FAMILIES[one]}", 36)
+        title = textwrap.fill(f"({name}) {one}: {FAMILIES[one].description}", 36)
         axes.set_title(title, loc="left", fontweight="bold", fontsize=6.5)
     marks = [Patch(facecolor=color, edgecolor="0.35", linewidth=0.6, label=name) for name, color in LEGEND.items()]
     drawn.legend(handles=marks, loc="outside lower center", ncols=len(marks))

@@ -1,13 +1,12 @@
 """The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name.
 
-The module `m1_lstm` of the family M1 has a function `lstm`, and so have the others. It takes the two inputs and the
-conditioning, and returns features of shape `(batch, steps, features)` for the readout.
+The module `m1_lstm` of the family M1 has one public function, `m1_lstm`, which returns the model; so have the others.
+The table `surrogate.architectures.naming.FAMILIES` names these functions.
 """
 
 from __future__ import annotations
 
 import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
@@ -40,14 +39,10 @@ def build(name: str, features: str = "D") -> keras.Model:
     family, conditioning = split_name(name)
     import_keras()
     if family in REGISTERED:
-        model = REGISTERED[family].builder(conditioning=conditioning, features=features, name=name)
-        check_model(model, name, features)
-        return model
-    import keras
-
-    from surrogate.architectures.common import inputs, readout
-
-    (path,) = Path(__file__).parent.glob(f"{family.lower()}_*.py")
-    hidden = getattr(importlib.import_module(f"{__name__}.{path.stem}"), path.stem.partition("_")[2])
-    sequence, tabor = inputs(features)
-    return keras.Model([sequence, tabor], readout(hidden(sequence, tabor, conditioning)), name=name)
+        builder = REGISTERED[family].builder
+    else:
+        module = FAMILIES[family].builder
+        builder = getattr(importlib.import_module(f"{__name__}.{module}"), module)
+    model: keras.Model = builder(conditioning=conditioning, features=features, name=name)
+    check_model(model, name, features)
+    return model

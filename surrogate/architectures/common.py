@@ -1,4 +1,4 @@
-"""What all families share: inputs, readout, and the usual places of the Tabor parameter."""
+"""What all families share: the inputs and the readout."""
 
 from __future__ import annotations
 
@@ -7,42 +7,31 @@ from typing import Any
 import keras
 from keras import layers
 
-from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
+from surrogate.architectures.naming import CONDITIONINGS
 from surrogate.data.features import channel_names
 
 READOUT_WIDTH = 64
 """Units of the hidden layer of the readout."""
 
 
-def inputs(features: str) -> tuple[Any, Any]:
+def inputs(features: str, conditioning: str = "concat") -> tuple[Any, Any]:
     """Return the two inputs of a model, for scaled quantities.
 
     Args:
         features: The feature set of the sequence.
+        conditioning: How the model includes the Tabor parameter; the inputs are the same for all.
 
     Returns:
         The input `sequence` of shape `(batch, steps, channels)` and the input `tabor` of shape `(batch, 1)`.
 
     Raises:
-        ValueError: the feature set is unknown.
+        ValueError: the feature set or the conditioning is unknown.
     """
+    if conditioning not in CONDITIONINGS:
+        raise ValueError(f"conditioning must be one of {', '.join(CONDITIONINGS)}; received {conditioning!r}")
     sequence = keras.Input((None, len(channel_names(features))), name="sequence")
     tabor = keras.Input((1,), name="tabor")
     return sequence, tabor
-
-
-def appended(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the sequence, for `"concat"` with the Tabor parameter as one more channel."""
-    return AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
-
-
-def modulated_or_normalised(hidden: Any, tabor: Any, conditioning: str) -> Any:
-    """Return features, for `"FiLM"` modulated, and for `"gated"` combined with their layer normalisation."""
-    if conditioning == "FiLM":
-        return FiLM(name="film")(hidden, tabor)
-    if conditioning == "gated":
-        return TaborGate(name="gate")(hidden, layers.LayerNormalization(name="normalisation")(hidden), tabor)
-    return hidden
 
 
 def readout(hidden: Any) -> Any:

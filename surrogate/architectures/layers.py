@@ -2,8 +2,8 @@
 
 Source: the paper's appendix "Tabor-Conditioning Mechanisms". `ChosenSteps` is not the paper's; `fast` begins with it.
 
-The layers here and in `surrogate.architectures.blocks` are registered with Keras under the package name `surrogate` and
-define `get_config`, so that Keras can serialise models. Weights files store their sublayers under readable names.
+These layers are registered with Keras under the package name `surrogate` and define `get_config`, so that Keras can
+serialise models. Weights files store their sublayers under readable names.
 """
 
 from __future__ import annotations

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import keras
 from keras import layers
 
-from surrogate.architectures.common import appended
-from surrogate.architectures.layers import FiLM, TaborGate
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def lstm(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the features of M1 at each step.
+def m1_lstm(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+    """Return an untrained M1, as in panel (a) of the paper's figure of all architectures.
 
-    With `"concat"`, the Tabor parameter is an input channel. FiLM modulates the output of the second LSTM. The gated
-    model differs from the others: the gate combines two parallel LSTM layers.
+    Args:
+        conditioning: `"concat"` makes the Tabor parameter an input channel, `"FiLM"` modulates the output of the second
+            LSTM. `"gated"` differs from the others: the gate combines two parallel LSTM layers.
+        features: Feature set of the sequence, `"A"` to `"F"`.
+        name: Name of the model; by default `"M1-concat"` and so on.
+
+    Returns:
+        A functional model of the inputs and the output that `surrogate.build` describes.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
+    sequence, tabor = inputs(features, conditioning)
     if conditioning == "gated":
         first = layers.LSTM(128, return_sequences=True, name="expert_1")(sequence)
         second = layers.LSTM(128, return_sequences=True, name="expert_2")(sequence)
-        return TaborGate(name="gate")(first, second, tabor)
-    hidden = appended(sequence, tabor, conditioning)
-    hidden = layers.LSTM(256, return_sequences=True, name="lstm_1")(hidden)
-    hidden = layers.LSTM(128, return_sequences=True, name="lstm_2")(hidden)
-    return FiLM(name="film")(hidden, tabor) if conditioning == "FiLM" else hidden
+        hidden = TaborGate(name="gate")(first, second, tabor)
+    else:
+        hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
+        hidden = layers.LSTM(256, return_sequences=True, name="lstm_1")(hidden)
+        hidden = layers.LSTM(128, return_sequences=True, name="lstm_2")(hidden)
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    return keras.Model([sequence, tabor], readout(hidden), name=name or f"M1-{conditioning}")

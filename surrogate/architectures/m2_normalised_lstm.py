@@ -5,25 +5,27 @@ The paper does not state the parameter counts; they follow from its description 
 
 from __future__ import annotations
 
-from typing import Any
-
+import keras
 from keras import layers
 
-from surrogate.architectures.common import appended
-from surrogate.architectures.layers import FiLM, TaborGate
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def normalised_lstm(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the features of M2 at each step.
+def m2_normalised_lstm(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+    """Return an untrained M2, as in panel (b) of the paper's figure; see `m1_lstm` for arguments and errors.
 
-    FiLM modulates the output of the last normalisation. The gate combines the output of the second LSTM before and
+    `"FiLM"` modulates the output of the last normalisation. `"gated"` combines the output of the second LSTM before and
     after normalisation.
     """
-    hidden = appended(sequence, tabor, conditioning)
+    sequence, tabor = inputs(features, conditioning)
+    hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
     hidden = layers.LSTM(256, return_sequences=True, name="lstm_1")(hidden)
     hidden = layers.LayerNormalization(name="normalisation_1")(hidden)
     recurrent = layers.LSTM(128, return_sequences=True, name="lstm_2")(hidden)
     hidden = layers.LayerNormalization(name="normalisation_2")(recurrent)
     if conditioning == "FiLM":
-        return FiLM(name="film")(hidden, tabor)
-    return TaborGate(name="gate")(recurrent, hidden, tabor) if conditioning == "gated" else hidden
+        hidden = FiLM(name="film")(hidden, tabor)
+    elif conditioning == "gated":
+        hidden = TaborGate(name="gate")(recurrent, hidden, tabor)
+    return keras.Model([sequence, tabor], readout(hidden), name=name or f"M2-{conditioning}")

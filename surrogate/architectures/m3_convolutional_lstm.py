@@ -5,20 +5,25 @@ The paper does not state the parameter counts; they follow from its description 
 
 from __future__ import annotations
 
-from typing import Any
-
+import keras
 from keras import layers
 
-from surrogate.architectures.common import appended, modulated_or_normalised
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def convolutional_lstm(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the features of M3 at each step.
+def m3_convolutional_lstm(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+    """Return an untrained M3, as in panel (c) of the paper's figure; see `m1_lstm` for arguments and errors.
 
-    FiLM modulates the output of the LSTM. The gate combines that output with its layer normalisation.
+    `"FiLM"` modulates the output of the LSTM. `"gated"` combines that output with its layer normalisation.
     """
-    hidden = appended(sequence, tabor, conditioning)
+    sequence, tabor = inputs(features, conditioning)
+    hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
     hidden = layers.Conv1D(64, 3, padding="causal", activation="relu", name="convolution_1")(hidden)
     hidden = layers.Conv1D(128, 3, padding="causal", activation="relu", name="convolution_2")(hidden)
     hidden = layers.LSTM(128, return_sequences=True, name="lstm")(hidden)
-    return modulated_or_normalised(hidden, tabor, conditioning)
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    elif conditioning == "gated":
+        hidden = TaborGate(name="gate")(hidden, layers.LayerNormalization(name="normalisation")(hidden), tabor)
+    return keras.Model([sequence, tabor], readout(hidden), name=name or f"M3-{conditioning}")

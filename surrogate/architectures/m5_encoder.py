@@ -9,18 +9,40 @@ from __future__ import annotations
 
 from typing import Any
 
+import keras
 from keras import layers
 
-from surrogate.architectures.blocks import EncoderBlock
-from surrogate.architectures.common import appended, modulated_or_normalised
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def encoder(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the features of M5 at each step.
+def m5_encoder(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+    """Return an untrained M5, as in panel (e) of the paper's figure; see `m1_lstm` for arguments and errors.
 
-    FiLM modulates the output of the second block. The gate combines that output with its layer normalisation.
+    `"FiLM"` modulates the output of the second block. `"gated"` combines that output with its layer normalisation.
     """
-    hidden = layers.Dense(128, name="projection")(appended(sequence, tabor, conditioning))
-    hidden = EncoderBlock(name="block_1")(hidden)
-    hidden = EncoderBlock(name="block_2")(hidden)
-    return modulated_or_normalised(hidden, tabor, conditioning)
+    sequence, tabor = inputs(features, conditioning)
+    hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
+    hidden = layers.Dense(128, name="projection")(hidden)
+    hidden = _encoder_block(hidden, name="block_1")
+    hidden = _encoder_block(hidden, name="block_2")
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    elif conditioning == "gated":
+        hidden = TaborGate(name="gate")(hidden, layers.LayerNormalization(name="normalisation")(hidden), tabor)
+    return keras.Model([sequence, tabor], readout(hidden), name=name or f"M5-{conditioning}")
+
+
+def _encoder_block(sequence: Any, *, name: str) -> Any:
+    """Return the output of self-attention and of two dense layers, each normalised after its residual sum.
+
+    Source: Vaswani et al. 2017, section 3.1.
+    """
+    # All are created before the first call, so that a seed draws the initial weights of the published trainings.
+    attention = layers.MultiHeadAttention(num_heads=4, key_dim=128, name=f"{name}_attention")
+    expand = layers.Dense(256, activation="relu", name=f"{name}_expand")
+    contract = layers.Dense(sequence.shape[-1], name=f"{name}_contract")
+    hidden = layers.Add(name=f"{name}_attention_add")([sequence, attention(sequence, sequence)])
+    hidden = layers.LayerNormalization(name=f"{name}_attention_normalisation")(hidden)
+    total = layers.Add(name=f"{name}_output_add")([hidden, contract(expand(hidden))])
+    return layers.LayerNormalization(name=f"{name}_output_normalisation")(total)

@@ -5,21 +5,21 @@ The paper does not state the parameter counts; they follow from its description 
 
 from __future__ import annotations
 
-from typing import Any
-
+import keras
 from keras import layers
 
-from surrogate.architectures.common import appended
-from surrogate.architectures.layers import FiLM, TaborGate
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def residual_lstm(sequence: Any, tabor: Any, conditioning: str) -> Any:
-    """Return the features of M6 at each step.
+def m6_residual_lstm(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+    """Return an untrained M6, as in panel (f) of the paper's figure; see `m1_lstm` for arguments and errors.
 
-    FiLM modulates the output of the last LSTM. The gate combines the sum of both paths with its layer normalisation,
-    before the last LSTM.
+    `"FiLM"` modulates the output of the last LSTM. `"gated"` combines the sum of both paths with its layer
+    normalisation, before the last LSTM.
     """
-    hidden = appended(sequence, tabor, conditioning)
+    sequence, tabor = inputs(features, conditioning)
+    hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
     first = layers.LSTM(128, return_sequences=True, name="lstm_1")(hidden)
     second = layers.LSTM(128, return_sequences=True, name="lstm_2")(first)
     total = layers.Add(name="add")([first, second])
@@ -27,4 +27,6 @@ def residual_lstm(sequence: Any, tabor: Any, conditioning: str) -> Any:
     if conditioning == "gated":
         hidden = TaborGate(name="gate")(total, hidden, tabor)
     hidden = layers.LSTM(128, return_sequences=True, name="lstm_3")(hidden)
-    return FiLM(name="film")(hidden, tabor) if conditioning == "FiLM" else hidden
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    return keras.Model([sequence, tabor], readout(hidden), name=name or f"M6-{conditioning}")

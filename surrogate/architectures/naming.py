@@ -1,64 +1,56 @@
-"""Names of the models, FAMILY-CONDITIONING, and their numbers of parameters. This module does not import Keras."""
+"""Names of the models, FAMILY-CONDITIONING, and the table of their families. This module does not import Keras."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from bem._support.wording import shown
-
-FAMILIES: dict[str, str] = {
-    "M1": "two LSTM layers",
-    "M2": "two LSTM layers with layer normalisation",
-    "M3": "causal convolutions, then an LSTM layer",
-    "M4": "temporal convolutional network",
-    "M5": "transformer encoder",
-    "M6": "residual LSTM layers",
-}
-"""Families and their descriptions; `surrogate.register` adds to them."""
-
-PAPER_FAMILIES = ("M1", "M2", "M3", "M4", "M5", "M6")
-"""Families that the paper compares. Figures and tables of the paper show no others."""
 
 CONDITIONINGS = ("concat", "FiLM", "gated")
 """Ways to include the Tabor parameter (`surrogate.architectures.layers`)."""
 
-CONDITIONINGS_OF: dict[str, tuple[str, ...]] = {}
-"""Conditionings of registered families; all other families have all three."""
 
-PAPER_PARAMETER_COUNTS: dict[str, int] = {
-    "M1-concat": 473_729,
-    "M1-FiLM": 489_473,
-    "M1-gated": 144_899,
-    "M4-concat": 228_993,
-    "M4-FiLM": 245_697,
-    "M4-gated": 229_315,
+class Family(NamedTuple):
+    """A family of models: one architecture, in its conditionings."""
+
+    description: str
+    builder: str = ""
+    """Name of the function that builds the models, and of its module in this folder; empty if it is registered."""
+    parameters: tuple[int, ...] = ()
+    """Numbers of trainable parameters with feature set D, one for each conditioning."""
+    conditionings: tuple[str, ...] = CONDITIONINGS
+
+
+FAMILIES: dict[str, Family] = {
+    "M1": Family("two LSTM layers", "m1_lstm", (473_729, 489_473, 144_899)),
+    "M2": Family("two LSTM layers with layer normalisation", "m2_normalised_lstm", (474_497, 490_241, 473_859)),
+    "M3": Family("causal convolutions, then an LSTM layer", "m3_convolutional_lstm", (165_633, 182_209, 166_083)),
+    "M4": Family("temporal convolutional network", "m4_tcn", (228_993, 245_697, 229_315)),
+    "M5": Family("transformer encoder", "m5_encoder", (669_569, 686_209, 670_083)),
+    "M6": Family("residual LSTM layers", "m6_residual_lstm", (340_353, 356_609, 340_227)),
 }
-"""Numbers of trainable parameters that the paper states. The others follow from the descriptions in the paper, as
-`docs/surrogate-models.md` explains."""
+"""All families; `surrogate.register` adds to them. A test compares the numbers of parameters with Keras's."""
+
+PAPER_FAMILIES = ("M1", "M2", "M3", "M4", "M5", "M6")
+"""Families that the paper compares. Figures and tables of the paper show no others."""
 
 PARAMETER_COUNTS: dict[str, int] = {
-    **PAPER_PARAMETER_COUNTS,
-    "M2-concat": 474_497,
-    "M2-FiLM": 490_241,
-    "M2-gated": 473_859,
-    "M3-concat": 165_633,
-    "M3-FiLM": 182_209,
-    "M3-gated": 166_083,
-    "M5-concat": 669_569,
-    "M5-FiLM": 686_209,
-    "M5-gated": 670_083,
-    "M6-concat": 340_353,
-    "M6-FiLM": 356_609,
-    "M6-gated": 340_227,
+    f"{name}-{conditioning}": count
+    for name, family in FAMILIES.items()
+    for conditioning, count in zip(family.conditionings, family.parameters, strict=True)
 }
-"""Numbers of trainable parameters of the 18 paper models with feature set D; a test compares them with Keras's."""
+"""Numbers of trainable parameters of the models of this package, with feature set D."""
+
+PAPER_PARAMETER_COUNTS: dict[str, int] = {
+    name: count for name, count in PARAMETER_COUNTS.items() if name.startswith(("M1-", "M4-"))
+}
+"""Those of them that the paper states. The others follow from the descriptions in the paper, as
+`docs/surrogate-models.md` explains."""
 
 
 def names() -> list[str]:
     """Return the model names, family by family: the 18 paper models, then those of registered families."""
-    return [
-        f"{family}-{conditioning}"
-        for family in FAMILIES
-        for conditioning in CONDITIONINGS_OF.get(family, CONDITIONINGS)
-    ]
+    return [f"{name}-{conditioning}" for name, family in FAMILIES.items() for conditioning in family.conditionings]
 
 
 def paper_names() -> list[str]:

@@ -19,7 +19,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from bem._support.outputs import plain_name
-from surrogate.architectures.naming import CONDITIONINGS, CONDITIONINGS_OF, FAMILIES, split_name
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, split_name
 from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
@@ -86,8 +86,8 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
         file = Path()
     source = _loading[-1] if _loading else _source(file) if file.is_file() else None
     REGISTERED[family] = Registered(builder, source)
-    CONDITIONINGS_OF[family] = tuple(conditionings)
-    FAMILIES[family] = (inspect.getdoc(builder) or "a user's architecture").splitlines()[0].rstrip(".")
+    description = (inspect.getdoc(builder) or "a user's architecture").splitlines()[0].rstrip(".")
+    FAMILIES[family] = Family(description, conditionings=tuple(conditionings))
 
 
 def load_architectures(files: Iterable[Path]) -> None:
@@ -149,7 +149,7 @@ def require_source(run: dict[str, Any]) -> None:
 
 
 def check_model(model: Any, name: str, features: str) -> None:
-    """Check what a registered builder returned.
+    """Check what a builder returned.
 
     Raises:
         ValueError: it is not a functional model with the two inputs and the output.

@@ -17,7 +17,6 @@ from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
 from surrogate.architectures.naming import (
     CONDITIONINGS,
-    CONDITIONINGS_OF,
     FAMILIES,
     PAPER_PARAMETER_COUNTS,
     PARAMETER_COUNTS,
@@ -79,13 +78,13 @@ def installed() -> str:
 def parameter_table() -> str:
     """Return a Markdown table of the numbers of trainable parameters; a star marks those that the paper states."""
     rows = []
-    for family, words in FAMILIES.items():
+    for family, of_family in FAMILIES.items():
         cells = []
         for conditioning in CONDITIONINGS:
             name = f"{family}-{conditioning}"
             star = " *" if name in PAPER_PARAMETER_COUNTS else ""
-            cells.append(f"{_size(name)}{star}" if conditioning in CONDITIONINGS_OF.get(family, CONDITIONINGS) else "")
-        rows.append([f"{family}: {words}", *cells])
+            cells.append(f"{_size(name)}{star}" if conditioning in of_family.conditionings else "")
+        rows.append([f"{family}: {of_family.description}", *cells])
     return markdown_table(["family", *CONDITIONINGS], rows, "l" + "r" * len(CONDITIONINGS))
 
 

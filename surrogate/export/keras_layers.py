@@ -49,10 +49,11 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
         package = type(layers.get(name)).__module__.partition(".")[0]
         if kind not in _LAYERS or package not in ("keras", "surrogate"):
             raise NotExportableError(f"Expected layers of the kinds {', '.join(_LAYERS)}. Received: {kind} {name!r}")
-        if len(nodes) != 1 or _sources(nodes[0]["kwargs"]):
+        arguments, options = nodes[0]["args"], nodes[0]["kwargs"].values()
+        if len(nodes) != 1 or any(options) or any(value and not _sources([value]) for value in arguments):
             raise NotExportableError(
                 f"Expected every layer called once, on its inputs in their order. Received: {kind} {name!r}, called "
-                f"{f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs'}"
+                f"{f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs or options'}"
             )
         given = layers[name].input
         if (
@@ -62,7 +63,7 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
             raise NotExportableError(f"Expected {kind} on a sequence. Received: layer {name!r} on the Tabor parameter")
         if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {bad[0]} of {model.name}")
-        inputs = [results[source] for source in _sources(nodes[0]["args"])]
+        inputs = [results[source] for source in _sources(arguments)]
         told = tabor is None and kind == "AppendTabor" and inputs[0] == sequence
         results[name] = sequence if told else _LAYERS[kind](layers[name], *inputs)
     return results[name]
@@ -171,34 +172,30 @@ def _gate(layer: Any, first: Value, second: Value, tabor: Value) -> Value:
     return first + second
 
 
-def _tcn_block(layer: Any, source: Value) -> Value:
-    hidden = _normalise(layer.first_normalisation, _convolve(layer.first_convolution, source)).to("Relu")
-    hidden = _normalise(layer.second_normalisation, _convolve(layer.second_convolution, hidden)).to("Relu")
-    return hidden + (source if layer.projection is None else _convolve(layer.projection, source))
+def _relu(layer: Any, source: Value) -> Value:
+    if layer.max_value is not None or layer.negative_slope or layer.threshold:
+        raise _unsupported("a ReLU without options", layer)
+    return source.to("Relu")
 
 
-def _encoder_block(layer: Any, source: Value) -> Value:
-    hidden = _normalise(layer.attention_normalisation, source + _attention(layer, source))
-    return _normalise(layer.output_normalisation, hidden + _dense(layer.contract, _dense(layer.expand, hidden)))
-
-
-def _attention(layer: Any, source: Value) -> Value:
-    """Add the self-attention of an encoder block over all steps."""
-    attention, heads, key_dim, name = layer.attention, layer.heads, layer.key_dim, f"{layer.path}/attention"
+def _attention(layer: Any, *inputs: Value) -> Value:
+    """Add the attention of a sequence to itself, over all steps."""
+    config, name = layer.get_config(), layer.path
+    if [value.name for value in inputs] != [inputs[0].name] * 2 or not config["use_bias"] or config["output_shape"]:
+        raise _unsupported("the attention of one sequence to itself, with bias, to the width of its input", layer)
 
     def split(key: str, part: Any, *axes: int) -> Value:
-        kernel = _array(part.kernel)
-        affine = _affine(source, name, kernel.reshape(len(kernel), -1), _array(part.bias).reshape(-1), key)
-        return affine.to("Reshape", [0, 0, heads, key_dim]).turned(*axes)
+        kernel, bias = _array(part.kernel), _array(part.bias)
+        affine = _affine(inputs[0], name, kernel.reshape(len(kernel), -1), bias.reshape(-1), key)
+        return affine.to("Reshape", [0, 0, *bias.shape]).turned(*axes)
 
-    factor = np.array(1.0 / math.sqrt(key_dim), dtype=np.float32)
-    query = split("_q", attention.query_dense, 0, 2, 1, 3) * factor
-    scores = query @ split("_k", attention.key_dense, 0, 2, 3, 1)
-    value = split("_v", attention.value_dense, 0, 2, 1, 3)
+    factor = np.array(1.0 / math.sqrt(config["key_dim"]), dtype=np.float32)
+    scores = split("_q", layer.query_dense, 0, 2, 1, 3) * factor @ split("_k", layer.key_dense, 0, 2, 3, 1)
+    value = split("_v", layer.value_dense, 0, 2, 1, 3)
     joined = (scores.to("Softmax", axis=-1) @ value).turned(0, 2, 1, 3)
-    flat = joined.to("Reshape", [0, 0, heads * key_dim])
-    kernel = _array(attention.output_dense.kernel)
-    return _affine(flat, name, kernel.reshape(-1, kernel.shape[-1]), _array(attention.output_dense.bias), "_out")
+    kernel = _array(layer.output_dense.kernel)
+    flat = joined.to("Reshape", [0, 0, math.prod(kernel.shape[:2])])
+    return _affine(flat, name, kernel.reshape(-1, kernel.shape[-1]), _array(layer.output_dense.bias), "_out")
 
 
 _LAYERS: dict[str, Callable[..., Value]] = {
@@ -208,12 +205,12 @@ _LAYERS: dict[str, Callable[..., Value]] = {
     "Conv1D": _convolve,
     "Dense": _dense,
     "Dropout": lambda _, source: source,  # without effect in prediction
-    "EncoderBlock": _encoder_block,
     "FiLM": _film,
     "LSTM": _lstm,
     "LayerNormalization": _normalise,
+    "MultiHeadAttention": _attention,
+    "ReLU": _relu,
     "Reshape": lambda layer, source: source.to("Reshape", [0, *layer.target_shape]),
-    "ResidualTCNBlock": _tcn_block,
     "TaborGate": _gate,
 }
 """From a layer and its inputs to its result."""

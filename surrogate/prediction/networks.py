@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 FILE_BATCH, KERAS_BATCH, NETWORK_BATCH = 256, 512, 128
 """Trajectories in a batch. Larger ones do not fit into the caches and are not faster."""
 
+BLOCKS = {"residual_tcn_block", "encoder_block"}
+"""Groups of weights files in which a block of M4 or M5 was one layer; now its layers are the model's own."""
+
 TRAINING_EXTRA = "Keras is not installed; install it with `pip install '.[train]'` in a clone of the repository"
 
 
@@ -188,12 +191,28 @@ def load_weights(model: keras.Model, path: Path) -> None:
         # Keras ignores weights of layers that the model does not have.
         with h5py.File(path, "r") as file:
             size = sum(item.size for _, item in arrays(file))
-        if size != model.count_params():
-            raise ValueError(f"{size} parameters")
-        model.load_weights(path)
+            if size != model.count_params():
+                raise ValueError(f"{size} parameters")
+            by_layer = _by_layer(file["layers"]) if BLOCKS & file["layers"].keys() else {}
+        if by_layer:
+            layers = (weight.path.rpartition("/")[0].replace("/", "_") for weight in model.weights)
+            model.set_weights([by_layer[layer].pop(0) for layer in layers])
+        else:
+            model.load_weights(path)
     except Exception as error:  # for a damaged file, the libraries raise errors of many kinds
         reason = shortened(str(error)) or type(error).__name__
         raise ValueError(f"{expected}. Received: {path} ({reason})") from error
     for weight in model.weights:
         if not np.isfinite(np.asarray(weight)).all():
             raise ValueError(f"{expected}, all finite. Received: {path} (NaN or infinity in {weight.path})")
+
+
+def _by_layer(group: Any, name: str = "") -> dict[str, list[np.ndarray]]:
+    """Return the arrays of a weights file, by the names of block, layer and part, such as `block_1_attention_query`."""
+    arrays = {}
+    for key, item in group.items():
+        if key == "vars":
+            arrays[name] = [item[str(index)][()] for index in range(len(item))]
+        else:
+            arrays |= _by_layer(item, f"{name}_{item['vars'].attrs['name']}".lstrip("_"))
+    return arrays

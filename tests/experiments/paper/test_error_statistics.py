@@ -9,7 +9,7 @@ from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.trainings.data_efficiency import share
 from experiments.trainings.data_efficiency import variants as shares
 from experiments.trainings.feature_sets import variants as feature_variants
-from surrogate.architectures.naming import FAMILIES, names
+from surrogate.architectures.naming import FAMILIES, Family, names
 from tests.experiments import models
 from tests.experiments.models import COLUMNS, SPLIT
 
@@ -174,7 +174,7 @@ def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
 
 
 def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
-    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     for name in names():
         write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
     found = model_comparison.study(tmp_path, dataset)

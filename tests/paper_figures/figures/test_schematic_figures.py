@@ -6,7 +6,7 @@ from experiments.paper.architecture_graphs import graph
 from paper_figures.figures import figure_1, figure_4
 from paper_figures.models import figure_architectures
 from paper_figures.style import drawing, models_style, schematics
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, names
 
 
 def test_figure_1_shows_the_computed_force(examples):
@@ -39,6 +39,16 @@ def test_graphs_and_drawings_are_those_of_the_keras_models():
     assert models["M4-concat"]["receptive_field"] == 61
     gate = next(layer for layer in models["M4-gated"]["layers"] if layer["kind"] == "TaborGate")
     assert gate["inputs"] == ["block_4", "block_3", "tabor"]
+    blocks = [layer for layer in models["M4-concat"]["layers"] if layer["kind"] == "ResidualBlock"]
+    # As the paper states them in its appendix on layers.
+    assert [layer["parameters"] for layer in blocks] == [13_760, 24_960, 82_816, 99_072]
+    assert [layer["label"] for layer in blocks] == [
+        "TCN 64, d = 1",
+        "TCN 64, d = 2",
+        "TCN 128, d = 4",
+        "TCN 128, d = 8",
+    ]
+    assert [layer["label"] for layer in models["M5-FiLM"]["layers"]].count("Encoder, 4 heads") == 2
     channels = ["time", "indentation", "velocity", "edge"]
     panels = figure_4.compose({"channels": channels, "models": models}).axes
     texts = [text.get_text() for text in panels[3].texts]
@@ -78,7 +88,7 @@ def test_architectures_are_drawn_from_their_graphs():
 
 
 def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(monkeypatch):
-    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6
     graphs = {name: {"parameters": 10, "layers": [INPUT]} for name in names()}

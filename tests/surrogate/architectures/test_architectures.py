@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import surrogate
-from surrogate.architectures.blocks import EncoderBlock, ResidualTCNBlock
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
+from surrogate.architectures.m1_lstm import m1_lstm
+from surrogate.architectures.m5_encoder import m5_encoder
 from surrogate.architectures.naming import PARAMETER_COUNTS
 from tests.surrogate.conftest import QUICK
 
@@ -107,8 +108,6 @@ def test_unknown_names_list_the_known():
         AppendTabor(),
         FiLM(hidden=5),
         TaborGate(hidden=7),
-        ResidualTCNBlock(8, kernel_size=2, dilation=4, dropout=0.2),
-        EncoderBlock(heads=2, key_dim=3, feed_forward=11),
     ],
     ids=lambda layer: type(layer).__name__,
 )
@@ -125,7 +124,7 @@ def test_a_process_that_imports_the_package_before_or_after_keras_loads_saved_mo
     code = f"""
 import sys, surrogate, keras
 known = keras.saving.get_custom_objects()
-wanted = {{"surrogate>AppendTabor", "surrogate>EncoderBlock", "surrogate>FiLM"}}
+wanted = {{"surrogate>AppendTabor", "surrogate>FiLM"}}
 assert wanted <= known.keys()
 keras.saving.load_model({str(tmp_path / "model.keras")!r})
 known.clear()
@@ -158,25 +157,25 @@ def test_gate_golden_values():
         TaborGate()(np.ones((1, 3, 2)), np.ones((1, 3, 4)), tabor)
 
 
-def test_encoder_block_attends_as_keras_does():
-    block = EncoderBlock(heads=3, key_dim=5)
-    sequence = np.random.default_rng(0).normal(size=(2, 7, 4)).astype("float32")
-    sequence = keras.ops.convert_to_tensor(sequence)
-    block(sequence)
-    for weight in block.trainable_weights:
-        weight.assign(keras.random.normal(weight.shape, seed=1))
-    attended = block.attention_normalisation(sequence + block.attention(sequence, sequence))
-    expected = block.output_normalisation(attended + block.contract(block.expand(attended)))
-    np.testing.assert_allclose(numpy_of(block(sequence)), numpy_of(expected), rtol=1e-5, atol=1e-5)
+def test_tcn_block_keeps_its_skip_path(models):
+    model = keras.models.clone_model(models["M4-concat"])
+    sequence, tabor = inputs()
+    for name in ("first", "second"):
+        set_all(model.get_layer(f"block_2_{name}_normalisation"), 0.0)
+    ends = [model.get_layer(f"block_{number}_add").output for number in (1, 2)]
+    before, after = keras.Model(model.inputs, ends)([sequence, tabor])
+    # Zero weights silence both stages.
+    np.testing.assert_array_equal(numpy_of(before), numpy_of(after))
 
 
-def test_tcn_block_golden_values():
-    block = ResidualTCNBlock(2, kernel_size=2, dilation=3)
-    sequence = np.arange(12.0).reshape(1, 6, 2)
-    block(sequence)
-    set_all(block, 0.0)
-    # Zero weights silence both stages: the identity skip remains.
-    np.testing.assert_allclose(numpy_of(block(sequence)), sequence)
+def test_builders_return_named_models():
+    model = m1_lstm("FiLM", features="C")
+    assert (model.name, model.count_params()) == ("M1-FiLM", PARAMETER_COUNTS["M1-FiLM"])
+    assert m1_lstm(name="mine").name == "mine"
+    with pytest.raises(ValueError, match="conditioning must be one of concat, FiLM, gated; received 'film'"):
+        m1_lstm("film")
+    kinds = [type(layer).__name__ for layer in m5_encoder().layers]
+    assert kinds.count("MultiHeadAttention") == 2
 
 
 def test_documented_table_is_generated():

@@ -58,9 +58,9 @@ def own(tmp_path, dataset_path, monkeypatch):
 
 
 def forget():
-    from surrogate.architectures import naming, registry
+    from surrogate.architectures import registry
 
-    for table in (FAMILIES, naming.CONDITIONINGS_OF, registry.REGISTERED):
+    for table in (FAMILIES, registry.REGISTERED):
         table.pop("Own-1", None)
 
 

@@ -75,8 +75,13 @@ def shared(sequence):
         (lambda s, _: s + 1.0, "Received: Add 'add"),
         (lambda s, _: keras.ops.tanh(s), "Received: Tanh"),
         (lambda s, _: shared(s), "Received: Dense 'shared', called 2 times"),
-        (lambda s, t: FiLM(name="film")(s, tabor=t), "Received: FiLM 'film', called with named inputs"),
-        (lambda s, _: layers.MultiHeadAttention(2, 3)(s, s), "Received: MultiHeadAttention"),
+        (lambda s, t: FiLM(name="film")(s, tabor=t), "Received: FiLM 'film', called with named inputs or options"),
+        (lambda s, _: layers.Dropout(0.5, name="on")(s, training=True), "Received: Dropout 'on', called with named in"),
+        (lambda s, _: layers.MultiHeadAttention(2, 3)(s, s, use_causal_mask=True), "called with named inputs or opt"),
+        (lambda s, _: layers.MultiHeadAttention(2, 3)(s, layers.Dense(4)(s)), "attention of one sequence to itself"),
+        (lambda s, _: layers.MultiHeadAttention(2, 3, use_bias=False)(s, s), "with bias"),
+        (lambda s, _: layers.MultiHeadAttention(2, 3, output_shape=5)(s, s), "to the width of its input"),
+        (lambda s, _: layers.ReLU(max_value=6.0)(s), "a ReLU without options"),
         (lambda s, _: Twice(5)(s), "Expected layers of the kinds"),
         (lambda s, t: FiLM()(s, layers.LayerNormalization(name="of_tabor")(t)), "'of_tabor' on the Tabor parameter"),
     ],
@@ -94,6 +99,7 @@ def test_dropout_missing_biases_and_a_wide_context_are_exported(dataset, tmp_pat
     hidden = layers.Dense(6, use_bias=False, activation="relu")(sequence)
     hidden = layers.Conv1D(6, 3, padding="causal", dilation_rate=2, use_bias=False)(layers.Dropout(0.5)(hidden))
     hidden = layers.Add()([hidden, layers.LayerNormalization()(hidden)])
+    hidden = layers.MultiHeadAttention(2, 3, value_dim=5)(hidden, hidden)
     hidden = FiLM()(hidden, layers.Dense(3)(tabor))
     hidden = layers.Dropout(0.1)(readout(TaborGate()(hidden, layers.Dense(6)(hidden), tabor)))
     model = keras.Model([sequence, tabor], hidden)
