@@ -242,7 +242,7 @@ def app_main() -> None:
     try:
         run_command(app, "surrogate")
     except ModuleNotFoundError as error:
-        if error.name not in ("keras", "tensorflow", "sklearn"):
+        if error.name not in ("keras", "tensorflow"):
             raise
         from surrogate.prediction.networks import TRAINING_EXTRA
 

@@ -185,6 +185,13 @@ def test_weights_of_another_model(folder, tmp_path):
         refused_by_keras(folder, "Expected weights")
 
 
+@pytest.mark.parametrize("name", ["M4-gated", "M5-FiLM"])
+def test_published_blocks_load_into_layers(name, six):
+    expected = surrogate.load(name).predict_history(*six)
+    force = surrogate.load(name, backend="keras").predict_history(*six)
+    np.testing.assert_allclose(force, expected, rtol=1e-3, atol=1e-3 * np.ptp(expected))
+
+
 @pytest.mark.parametrize("count", [100, pytest.param(2000, marks=pytest.mark.slow)])
 def test_random_damage_is_refused_in_one_sentence(count, folder, tmp_path):
     content, rng = (folder / "model.onnx").read_bytes(), random.Random(count)
