@@ -130,7 +130,7 @@ def test_the_commands_find_the_packaged_model(site, tmp_path):
 
 
 def test_an_image_holds_no_file_that_git_ignores():
-    ignored = {line.rstrip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()}
+    ignored = {line.strip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()}
     left_out = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
     assert ignored <= {line.removeprefix("**/") for line in left_out}
 
