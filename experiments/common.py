@@ -143,7 +143,7 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Any:
     if "TF_NUM_INTRAOP_THREADS" not in os.environ:
         with contextlib.suppress(RuntimeError):
             limit_threads(1)
-    from surrogate.prediction.loading import load
+    from surrogate.loading import load
 
     exported = (models / model / "model.onnx").is_file()
     return load(model, models, backend=backend or ("onnx" if exported else "keras"))
@@ -151,7 +151,7 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Any:
 
 def without_extrapolation_warnings() -> warnings.catch_warnings:
     """Silence the extrapolation warning of surrogates, for studies that report the extrapolation themselves."""
-    from surrogate.prediction.predictor import ExtrapolationWarning
+    from surrogate.model import ExtrapolationWarning
 
     return warnings.catch_warnings(action="ignore", category=ExtrapolationWarning)
 

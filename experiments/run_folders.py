@@ -22,7 +22,7 @@ import numpy as np
 
 from bem._support.outputs import whole_file
 from bem._support.text_files import read_json
-from surrogate.prediction.files import write_run
+from surrogate.files import write_run
 from surrogate.training.identity import read_recipe
 
 TABLES = ("history", "test_errors")

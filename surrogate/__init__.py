@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from surrogate.architectures import build as build
     from surrogate.architectures.naming import names as names
     from surrogate.architectures.registry import register as register
-    from surrogate.prediction.loading import load as load
-    from surrogate.prediction.predictor import Surrogate as Surrogate
-    from surrogate.prediction.validity import ExtrapolationWarning as ExtrapolationWarning
+    from surrogate.loading import load as load
+    from surrogate.model import Surrogate as Surrogate
+    from surrogate.validity import ExtrapolationWarning as ExtrapolationWarning
 else:  # the imports above are the list of the names that load on first use
     lazy_names(globals())
 

@@ -24,8 +24,8 @@ BEM = {"bem", "bem.dataset", "bem.recommendation", *SOLVING}
 SURROGATE = {
     "surrogate",
     "surrogate.training",
-    "surrogate.prediction",
-    "surrogate.export",
+    "surrogate.onnx",
+    "surrogate.onnx.intervals_graph",
     "surrogate.architectures",
     "surrogate.data",
     "surrogate.backend",
@@ -49,15 +49,15 @@ ALLOWED = {
     "surrogate.backend": set(),
     "surrogate.data": WORDS | {"bem.dataset"},
     "surrogate.architectures": {"bem._support", "surrogate.data", "surrogate.backend"},
-    "surrogate.export": {"bem._support", "surrogate.data"},
-    "surrogate.prediction": WORDS
-    | {"bem.dataset", "surrogate.data", "surrogate.export", "surrogate.architectures", "surrogate.backend"},
-    "surrogate.training": {"bem._support", "bem.dataset"} | SURROGATE - {"surrogate", "surrogate.training"},
-    "surrogate": {"bem._support", "surrogate.prediction", "surrogate.architectures"},
+    "surrogate.onnx": {"bem._support", "surrogate.data"},
+    "surrogate.onnx.intervals_graph": WORDS | {"bem.dataset", "surrogate", "surrogate.onnx", "surrogate.data"},
+    "surrogate.training": {"bem._support", "bem.dataset"} | SURROGATE - {"surrogate.training"},
+    "surrogate": WORDS
+    | {"bem.dataset", "surrogate.data", "surrogate.onnx", "surrogate.architectures", "surrogate.backend"},
     "surrogate.cli": WORDS | {"bem", "bem.dataset"} | SURROGATE,
     "experiments": BEM | {"bem.lab", "bem.materials_library"} | SURROGATE,
     # Figures read results; of the code they take names, file formats, and how a number is written.
-    "paper_figures": WORDS | {"bem.dataset", "surrogate.architectures", "surrogate.export", "experiments"},
+    "paper_figures": WORDS | {"bem.dataset", "surrogate.architectures", "surrogate.onnx", "experiments"},
     # What runs a package takes the handler of Ctrl-C before.
     "bem.__main__": {"bem.cli", "bem._support"},
     "surrogate.__main__": {"surrogate.cli", "bem._support"},

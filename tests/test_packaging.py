@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from surrogate.prediction.files import PUBLISHED
-from surrogate.prediction.files import PUBLISHED_BANDED as PRETRAINED
+from surrogate.files import PUBLISHED
+from surrogate.files import PUBLISHED_BANDED as PRETRAINED
 from tests.processes import ROOT, python
 
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
@@ -59,7 +59,7 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
         "bem/simulation.py",
         "bem/_support/outputs.py",
         "surrogate/py.typed",
-        "surrogate/prediction/predictor.py",
+        "surrogate/model.py",
         "surrogate/training/recipes/swift.toml",
     } <= names
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == {"bem", "surrogate"}

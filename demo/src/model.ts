@@ -21,7 +21,7 @@ const BAND = ["force_lower", "force_upper", "pull_off_interval"] as const;
 const RESULTS = ["pull_off_force", "pull_off_time", "hysteresis"] as const;
 /** Share of true values that the bands of these files contain. */
 export const COVERAGE = 0.9;
-// As in `surrogate/prediction/validity.py`: relative to the bound.
+// As in `surrogate/validity.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
 
 /** Whether a positive quantity lies outside its training range, but for rounding. */

@@ -21,8 +21,8 @@ from experiments.measurements.cases import Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
 from experiments.paper.model_comparison import published, trained_otherwise
 from surrogate.architectures.naming import names
-from surrogate.prediction.files import BANDED as NAMES
-from surrogate.prediction.files import PUBLISHED_BANDED, weights_sha256
+from surrogate.files import BANDED as NAMES
+from surrogate.files import PUBLISHED_BANDED, weights_sha256
 
 EXACT_TARGET = 7e-5
 """Accuracy of solutions that count as exact: all discretisation errors lie several times below `reference`'s."""

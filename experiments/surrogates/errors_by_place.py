@@ -21,8 +21,8 @@ from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, RANGES, Hidden
 from experiments.measurements.harness import Count
 from experiments.measurements.tools import predicted
-from surrogate.prediction.bands import BANDS, RESULTS
-from surrogate.prediction.files import BANDED
+from surrogate.files import BANDED
+from surrogate.intervals import BANDS, RESULTS
 
 COVERAGE = 0.9
 LEVELS = (0.5, 0.9, 0.999)

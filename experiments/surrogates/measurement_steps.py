@@ -53,7 +53,7 @@ def reading_errors(
         true: Pull-off force and hysteresis, shape (2, n).
     """
     from surrogate.data.metrics import hysteresis
-    from surrogate.prediction.bands import results
+    from surrogate.intervals import results
 
     top, _, area, *_ = results(times, indentations, force, np.array(counts))
     highest = force[:, counts[0] + counts[1] - 1 :].max(axis=1)

@@ -17,9 +17,9 @@ from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import RANGES, Hidden
 from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
-from surrogate.prediction.files import BANDED
-from surrogate.prediction.predicted import PredictedTrajectory
-from surrogate.prediction.validity import MARGIN, allowed
+from surrogate.files import BANDED
+from surrogate.trajectory import PredictedTrajectory
+from surrogate.validity import MARGIN, allowed
 
 DISTANCES = (0.0, 0.04, MARGIN)
 ENDS = tuple(f"{end} {name}" for name in RANGES for end in ("low", "high"))[:-1]  # no solid is beyond elastic

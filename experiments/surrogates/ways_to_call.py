@@ -23,8 +23,8 @@ from experiments.measurements.cases import Hidden, results_of
 from experiments.measurements.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
 from experiments.measurements.tools import predicted
-from surrogate.prediction.bands import KNOWN as QUANTITIES
-from surrogate.prediction.files import BANDED as NAMES
+from surrogate.files import BANDED as NAMES
+from surrogate.intervals import KNOWN as QUANTITIES
 
 COVERAGE = 0.9
 ROUNDS = 5

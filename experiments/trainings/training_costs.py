@@ -38,7 +38,7 @@ from experiments.paper_numbers import paper_values
 from surrogate.architectures.naming import names
 from surrogate.backend import import_keras, limit_threads, versions
 from surrogate.data.dataset import Split
-from surrogate.prediction.files import weights_sha256
+from surrogate.files import weights_sha256
 
 BLOCK = 10  # batches in a block if the optimizer has no bases
 BUDGETS = (

@@ -19,7 +19,7 @@ from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
-from surrogate.prediction.files import BANDED, find_model, model_roots, read_run, write_run
+from surrogate.files import BANDED, find_model, model_roots, read_run, write_run
 from surrogate.training.model_directory import model_name, publish, require_place
 from surrogate.training.recipe import Recipe
 from surrogate.training.stopping import STOPPED, stop_request
@@ -156,7 +156,7 @@ def evaluate(
     import_keras()
     load_architectures(architecture or ())
     from surrogate.data.metrics import summary
-    from surrogate.prediction.loading import load
+    from surrogate.loading import load
     from surrogate.training.runs import evaluate_published, write_errors
 
     with Outputs(errors) as outputs:
@@ -194,7 +194,7 @@ def export(
     `keras.saving.load_model` reads it after `import surrogate`.
     """
     import surrogate
-    from surrogate.prediction.loading import load_banded
+    from surrogate.loading import load_banded
 
     if file_format not in (None, "onnx", "keras"):
         raise ValueError(f"Expected the format onnx or keras. Received: {shown(file_format)}")
@@ -219,7 +219,7 @@ def export(
         else:
             content = None
             if folder.name in BANDED:
-                from surrogate.prediction.bands_graph import banded_content
+                from surrogate.onnx.intervals_graph import banded_content
 
                 content = banded_content(load_banded(folder))
             elif out is not None:  # the present file, which takes no Keras, if it belongs to the others
@@ -244,7 +244,7 @@ def app_main() -> None:
     except ModuleNotFoundError as error:
         if error.name not in ("keras", "tensorflow"):
             raise
-        from surrogate.prediction.networks import TRAINING_EXTRA
+        from surrogate.networks import TRAINING_EXTRA
 
         typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
         sys.exit(2)

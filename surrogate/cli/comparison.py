@@ -12,7 +12,7 @@ import numpy as np
 from bem._support.tabular import UNITS
 from bem._support.wording import plain_table
 from bem.results.trajectory import is_completed
-from surrogate.prediction.predicted import INTERVALS
+from surrogate.trajectory import INTERVALS
 
 MOST_DRAWN = 12
 QUANTITIES = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")

@@ -11,7 +11,7 @@ from bem._support.command_line import FIRST_PROTOCOL, FIRST_TABOR, first_default
 
 if TYPE_CHECKING:
     from surrogate.cli.predict_io import Table
-    from surrogate.prediction.predictor import Surrogate
+    from surrogate.model import Surrogate
 
 RATIO = "modulus_ratio"
 USUAL_MODULUS_RATIO = 0.1
@@ -96,7 +96,7 @@ def predict(
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, readable
     from surrogate.cli.predict_io import asked, of_protocols, to_json, write_protocols, write_trajectories
-    from surrogate.prediction.validity import advice
+    from surrogate.validity import advice
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)

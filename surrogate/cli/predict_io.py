@@ -32,11 +32,11 @@ from bem.problem.materials import StandardLinearSolid
 from bem.problem.protocol import LoadingProtocol
 from bem.problem.scene import Scene
 from surrogate.cli.comparison import Answer
-from surrogate.prediction.predicted import INTERVALS
-from surrogate.prediction.validity import ExtrapolationWarning
+from surrogate.trajectory import INTERVALS
+from surrogate.validity import ExtrapolationWarning
 
 if TYPE_CHECKING:
-    from surrogate.prediction.predictor import Surrogate
+    from surrogate.model import Surrogate
 
 TRAJECTORY, MODULUS_RATIO = "trajectory", "modulus_ratio"
 BAND = ("force_lower", "force_upper")

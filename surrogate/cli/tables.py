@@ -15,6 +15,7 @@ from typing import Any
 
 from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
+from surrogate import files
 from surrogate.architectures.naming import (
     CONDITIONINGS,
     FAMILIES,
@@ -22,7 +23,6 @@ from surrogate.architectures.naming import (
     PARAMETER_COUNTS,
     names,
 )
-from surrogate.prediction import files
 
 # As in the report.
 COLUMNS = ("model", "parameters", "held-out MSE", "median pull-off error", "median hysteresis error", "training")

@@ -17,8 +17,8 @@ from surrogate.training.stopping import STOP_FILE
 
 MODEL_FILES = {
     "model.weights.h5": "the weights, readable under every backend",
-    "model.onnx": "features, scaling and network in one graph (see `surrogate.export`); absent if a registered "
-    "architecture has a layer that `surrogate.export.keras_layers` cannot express",
+    "model.onnx": "features, scaling and network in one graph (see `surrogate.onnx`); absent if a registered "
+    "architecture has a layer that `surrogate.onnx.keras_layers` cannot express",
     "scaling.json": "statistics and ranges of the training set",
     "split.json": "seed, and trajectory indices of training, validation and test set",
     "history.csv": "one row per epoch; the seconds accumulate",

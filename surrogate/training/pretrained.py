@@ -38,12 +38,12 @@ from surrogate.backend import versions
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import Part, joined_examples, physical_channels, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx import network_content
-from surrogate.export.onnx_file import ONNX_NAME, sha256
-from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
-from surrogate.prediction.files import PUBLISHED_BANDED, read_intact, read_run, write_run
-from surrogate.prediction.loading import load_banded
-from surrogate.prediction.networks import OnnxNetwork
+from surrogate.files import PUBLISHED_BANDED, read_intact, read_run, write_run
+from surrogate.intervals import KNOWN, Bands, result_errors, results
+from surrogate.loading import load_banded
+from surrogate.networks import OnnxNetwork
+from surrogate.onnx.export import network_content
+from surrogate.onnx.file import ONNX_NAME, sha256
 from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch

@@ -21,7 +21,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from bem._support.outputs import write_whole
-from surrogate.export.onnx_file import sha256
+from surrogate.onnx.file import sha256
 from surrogate.training.identity import facts_that_differ
 
 COLUMNS = {

@@ -27,12 +27,12 @@ from surrogate.data.examples import joined_examples, physical_channels, scaled_e
 from surrogate.data.features import edge_from_counts
 from surrogate.data.metrics import summary, trajectory_errors
 from surrogate.data.scaling import Scaling
-from surrogate.export.keras_layers import NotExportableError
-from surrogate.export.onnx import file_content
-from surrogate.export.onnx_file import ONNX_NAME
-from surrogate.prediction.files import read_run, weights_sha256, write_run
-from surrogate.prediction.networks import KerasNetwork, OnnxNetwork, keras_network
-from surrogate.prediction.predictor import Surrogate
+from surrogate.files import read_run, weights_sha256, write_run
+from surrogate.model import Surrogate
+from surrogate.networks import KerasNetwork, OnnxNetwork, keras_network
+from surrogate.onnx.export import file_content
+from surrogate.onnx.file import ONNX_NAME
+from surrogate.onnx.keras_layers import NotExportableError
 from surrogate.training.fitting import fit, started
 from surrogate.training.identity import Run
 from surrogate.training.run_folder import Progress, Report, locked

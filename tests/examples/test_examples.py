@@ -10,8 +10,8 @@ import surrogate
 from bem.lab import ForceCurve, fit
 from bem.lab.fitting import guess_setup
 from surrogate.data.scaling import Scaling
-from surrogate.prediction.networks import KerasNetwork
-from surrogate.prediction.predictor import Surrogate
+from surrogate.model import Surrogate
+from surrogate.networks import KerasNetwork
 from tests.processes import ROOT
 
 EXAMPLES = ROOT / "examples"

@@ -12,7 +12,7 @@ from bem.dataset.physical_steps import physical_grid
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.prediction.bands_graph import banded_content
+from surrogate.onnx.intervals_graph import banded_content
 from tests.processes import ROOT
 
 TRACKED, SOLIDS = (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bem.lab import ForceCurve
-from surrogate.prediction.predicted import predicted_trajectories
+from surrogate.trajectory import predicted_trajectories
 from tests.bem.results.test_trajectory import elliptic_loop, trajectory_of
 
 CURVE = ForceCurve(time=[0, 1, 2], indentation=[-1e-9, 5e-9, -2e-9], force=[0.0, -3e-9, 1e-9])

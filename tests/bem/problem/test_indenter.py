@@ -13,7 +13,7 @@ from bem.cli.app import app
 from bem.dataset.cases import described, restored
 from bem.methods.closed_forms import hertz, jkr
 from bem.problem.indenter import depth_factor, tension_without_deformation
-from surrogate.prediction.validity import contacts
+from surrogate.validity import contacts
 from tests.processes import succeeded
 
 

@@ -16,7 +16,7 @@ from experiments.measurements.closed_forms import Form
 from experiments.measurements.statistics import force_error
 from experiments.trainings import training_costs
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.prediction.files import PUBLISHED, weights_sha256, write_run
+from surrogate.files import PUBLISHED, weights_sha256, write_run
 from tests.experiments import models
 
 DATASET = PUBLISHED.parent / "dataset.h5"

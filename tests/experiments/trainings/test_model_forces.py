@@ -11,7 +11,7 @@ from experiments.run_folders import read_table, read_trainings
 from experiments.trainings import model_forces
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling
-from surrogate.prediction.files import PUBLISHED
+from surrogate.files import PUBLISHED
 
 ROOT = PUBLISHED.parent
 SEEDS = read_trainings(ROOT / "seeds.h5")

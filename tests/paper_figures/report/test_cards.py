@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from paper_figures.report import cards
-from surrogate.prediction.files import PUBLISHED as MODELS
+from surrogate.files import PUBLISHED as MODELS
 
 PUBLISHED = MODELS.parent
 FOLDERS = ("models/M1-concat", "models/M1-concat-large", "pretrained/fast")

@@ -12,7 +12,7 @@ from paper_figures.__main__ import save
 from paper_figures.models import figure_architectures
 from surrogate.architectures.naming import FAMILIES
 from surrogate.cli import app as cli
-from surrogate.export import keras_layers
+from surrogate.onnx import keras_layers
 
 OWN = '''
 import keras

@@ -36,7 +36,7 @@ def default_signals(monkeypatch):
 def elsewhere(tmp_path, monkeypatch):
     """Only what a test puts there is published, or packaged."""
     for place in ("PUBLISHED", "PACKAGED"):
-        monkeypatch.setattr(f"surrogate.prediction.files.{place}", tmp_path / place)
+        monkeypatch.setattr(f"surrogate.files.{place}", tmp_path / place)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -15,11 +15,10 @@ from bem import LoadingProtocol, PiecewiseLinearProtocol, simulate
 from bem.results.plots import COLOURS
 from surrogate import ExtrapolationWarning
 from surrogate.cli.comparison import plot_predictions, solver_errors
-from surrogate.prediction.files import PUBLISHED
-from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
+from surrogate.files import PUBLISHED
+from surrogate.trajectory import INTERVALS, predicted_trajectories
 from tests.bem.results.test_trajectory import trajectory_of
-from tests.surrogate.conftest import scenes
-from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, SCENE, refused
+from tests.surrogate.conftest import FLAGS, PROTOCOL, SCENE, refused, scenes
 
 LOADING = LoadingProtocol(**PROTOCOL)
 ONE = ("--tabor", 1.0, *FLAGS)
@@ -199,7 +198,7 @@ def test_a_check_against_another_material_says_so(ratio, command):
 
 
 def test_the_check_of_a_model_without_a_recorded_material_warns(command, monkeypatch):
-    monkeypatch.setattr("surrogate.prediction.predictor.Surrogate.modulus_ratio", None)
+    monkeypatch.setattr("surrogate.model.Surrogate.modulus_ratio", None)
     words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
     _, _, err = command(*words)
     assert err.startswith("warning: M1-concat does not record the modulus ratio it was trained on; the solver uses 0.1")

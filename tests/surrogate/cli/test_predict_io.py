@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tests.surrogate.prediction.conftest import FLAGS, PROTOCOL, refused
+from tests.surrogate.conftest import FLAGS, PROTOCOL, refused
 
 HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
 

@@ -16,7 +16,7 @@ import pytest
 import surrogate
 import surrogate.training.fitting as fitting
 from bem.dataset.sealed_file import arrays
-from surrogate.prediction.predictor import ExtrapolationWarning
+from surrogate.model import ExtrapolationWarning
 from surrogate.training.identity import Run
 from surrogate.training.model_directory import MODEL_FILES, publish
 from surrogate.training.run_folder import BACKUP, COLUMNS, locked, print_epoch

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from surrogate.prediction.files import PUBLISHED_BANDED
-from surrogate.prediction.loading import load_banded
+from surrogate.files import PUBLISHED_BANDED
+from surrogate.loading import load_banded
 from tests.physical_data import physical_dataset
-from tests.surrogate.prediction.conftest import SCENE
+from tests.surrogate.conftest import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160

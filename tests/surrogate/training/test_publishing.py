@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from experiments.common import load_surrogate
 from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
-from surrogate.prediction.files import find_model
+from surrogate.files import find_model
 from surrogate.training.identity import Run
 from surrogate.training.model_directory import model_name, publish, require_place
 from surrogate.training.recipe import Recipe

@@ -7,7 +7,7 @@ import os
 import signal
 import time
 
-import surrogate.prediction.networks
+import surrogate.networks
 import surrogate.training.fitting
 import surrogate.training.runs
 from surrogate.cli.app import app_main
@@ -26,6 +26,6 @@ def waiting(save):
 
 
 if __name__ == "__main__":
-    surrogate.training.runs.build = surrogate.prediction.networks.build = build_least
+    surrogate.training.runs.build = surrogate.networks.build = build_least
     surrogate.training.fitting.save_progress = waiting(surrogate.training.fitting.save_progress)
     app_main()

@@ -8,11 +8,11 @@ one ONNX operator. In a model of the inputs F, the modulus ratio of the training
 
 The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON: smallest
 and largest value of each protocol quantity in the training set), `scaling` (JSON), `dataset_sha256`, `weights_sha256`
-(of `model.weights.h5`) and, as the last entry, `content_sha256` (see `surrogate.export.onnx_file`).
+(of `model.weights.h5`) and, as the last entry, `content_sha256` (see `surrogate.onnx.file`).
 
 A model with bands, `fast` or `accurate`, has one more input, `modulus_ratio` of shape `(batch,)`. Its times must be the
 measurement steps of `bem.dataset.physical_steps`. It has more outputs, results with their intervals and bands
-(`surrogate.prediction.bands_graph`). Its metadata have no `architecture` and no digests of other files, but `counts`
+(`surrogate.onnx.intervals_graph`). Its metadata have no `architecture` and no digests of other files, but `counts`
 (JSON: points of loading, dwell and unloading) and `coverage`, the share of true values that the bands contain.
 """
 
@@ -29,9 +29,9 @@ from onnx import TensorProto
 from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.physics import ACCELERATION_SMOOTHING
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
-from surrogate.export.keras_layers import add_network
-from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_content, sealed
-from surrogate.export.onnx_graph import OnnxGraph, Value
+from surrogate.onnx.file import ONNX_FORMAT, ONNX_FORMAT_VERSION, checked_content, sealed
+from surrogate.onnx.graph import OnnxGraph, Value
+from surrogate.onnx.keras_layers import add_network
 
 if TYPE_CHECKING:
     import keras
@@ -78,7 +78,7 @@ def file_content(
         The bytes, with the metadata and the checksum that `surrogate.load` checks.
 
     Raises:
-        NotExportableError: the model has layers unknown to `surrogate.export.keras_layers`.
+        NotExportableError: the model has layers unknown to `surrogate.onnx.keras_layers`.
         ValueError: the model has weights that are not finite, or its inputs need a modulus ratio that is not known.
     """
     graph = OnnxGraph()

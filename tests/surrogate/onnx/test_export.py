@@ -11,10 +11,10 @@ import onnx
 import pytest
 
 import surrogate
-from surrogate.export.onnx import file_content
-from surrogate.prediction.files import PUBLISHED
-from surrogate.prediction.networks import KerasNetwork
-from surrogate.prediction.predictor import Surrogate
+from surrogate.files import PUBLISHED
+from surrogate.model import Surrogate
+from surrogate.networks import KerasNetwork
+from surrogate.onnx.export import file_content
 from surrogate.training.runs import folder_content
 from tests.surrogate.conftest import every_model, scaling_of, scenes, write_onnx
 
@@ -111,7 +111,7 @@ def test_prediction_needs_no_learning_framework(folder):
 
 
 def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
-    monkeypatch.setattr("surrogate.prediction.networks.importlib.util.find_spec", lambda _: None)
+    monkeypatch.setattr("surrogate.networks.importlib.util.find_spec", lambda _: None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install '\.\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"

@@ -24,18 +24,18 @@ from bem.dataset.measurement_steps import FMS
 from bem.dataset.records import grid_of
 from bem.problem.protocol import LoadingProtocol
 from bem.problem.scene import Scene
+from surrogate import validity
 from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
-from surrogate.prediction import validity
-from surrogate.prediction.networks import KerasNetwork, Network
-from surrogate.prediction.predicted import Doubt, PredictedTrajectory, predicted_trajectories
-from surrogate.prediction.validity import ExtrapolationWarning, Scenes
+from surrogate.networks import KerasNetwork, Network
+from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
+from surrogate.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
     import keras
     from numpy.typing import ArrayLike
 
-    from surrogate.prediction.bands import Bands
+    from surrogate.intervals import Bands
 
 __all__ = ["ExtrapolationWarning", "Surrogate"]
 
@@ -119,7 +119,7 @@ class Surrogate:
         Returns:
             One trajectory, or a list of them in order if either argument is a list, with the interface of
             `bem.Trajectory`. Its `extrapolated` lists the quantities outside the ranges of the training set. In a list,
-            what lies outside the margin too (`surrogate.prediction.validity.MARGIN`) is NaN, and its `status` says why.
+            what lies outside the margin too (`surrogate.validity.MARGIN`) is NaN, and its `status` says why.
 
         Raises:
             ValueError: an argument is something else, numbers do not fit or are out of bounds, a scene has another
@@ -213,7 +213,7 @@ class Surrogate:
                 margin; or as for `predict`.
 
         Warns:
-            ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).
+            ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.validity`).
                 One warning names all such quantities, with the value farthest outside and the range.
         """
         given, found = self._checked(times, indentations, scene, edge)

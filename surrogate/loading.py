@@ -1,7 +1,7 @@
 """From the name or the path of a trained model to the predictor, by way of the checks of its files.
 
-Every file of a model directory has a checksum in `run.json`, which is compared first (`surrogate.prediction.files`); an
-ONNX file of `surrogate export` has its own (`surrogate.export.onnx_file`).
+Every file of a model directory has a checksum in `run.json`, which is compared first (`surrogate.files`); an
+ONNX file of `surrogate export` has its own (`surrogate.onnx.file`).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from bem._support.validation import whole_number
 from bem._support.wording import shortened, shown
 from surrogate.data.scaling import Scaling
-from surrogate.export import onnx_file
-from surrogate.prediction.bands import Bands
-from surrogate.prediction.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
-from surrogate.prediction.networks import Network, OnnxNetwork, keras_network
-from surrogate.prediction.predictor import Surrogate
+from surrogate.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
+from surrogate.intervals import Bands
+from surrogate.model import Surrogate
+from surrogate.networks import Network, OnnxNetwork, keras_network
+from surrogate.onnx import file as onnx_file
 
 BACKENDS = ("onnx", "keras")
 MOST_THREADS = 1024

@@ -16,15 +16,14 @@ from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from bem.methods.closed_forms import dmt
 from bem.problem.protocol import default_start_indentation
 from bem.results.trajectory import far_field
+from surrogate import validity
 from surrogate.cli.comparison import readable
-from surrogate.prediction import validity
-from surrogate.prediction.networks import KerasNetwork
-from surrogate.prediction.predicted import FORCE_DOUBT, predicted_trajectories
-from surrogate.prediction.predictor import ExtrapolationWarning, Surrogate
-from surrogate.prediction.validity import RANGE_TOLERANCE, excesses, history_quantities
+from surrogate.model import ExtrapolationWarning, Surrogate
+from surrogate.networks import KerasNetwork
+from surrogate.trajectory import FORCE_DOUBT, predicted_trajectories
+from surrogate.validity import RANGE_TOLERANCE, excesses, history_quantities
 from tests.processes import ROOT
-from tests.surrogate.conftest import scaling_of, scenes
-from tests.surrogate.prediction.conftest import PROTOCOL, SCENE
+from tests.surrogate.conftest import PROTOCOL, SCENE, scaling_of, scenes
 
 AGREEMENT = 1e-5
 """Largest difference between ONNX and Keras, as a share of the history's force range."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from surrogate.export.onnx_graph import Value
+from surrogate.onnx.graph import Value
 
 if TYPE_CHECKING:
     import keras

@@ -16,7 +16,7 @@ from bem._support.text_files import read_json
 from bem._support.wording import shown
 from surrogate.architectures.naming import names
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx_file import ONNX_NAME, sha256
+from surrogate.onnx.file import ONNX_NAME, sha256
 
 WEIGHTS = "model.weights.h5"
 SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz")
@@ -24,9 +24,9 @@ SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz")
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""
 
-PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "models"
+PUBLISHED = Path(__file__).resolve().parents[1] / "published" / "models"
 PUBLISHED_BANDED = PUBLISHED.with_name("pretrained")
-PACKAGED = Path(__file__).resolve().parents[1] / "models"
+PACKAGED = Path(__file__).resolve().parent / "models"
 
 
 def find_model(name: str | Path, root: str | Path | None = None) -> Path:

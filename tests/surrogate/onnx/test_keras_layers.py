@@ -11,10 +11,10 @@ from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.cli import app as cli
 from surrogate.data.features import edge_from_counts
-from surrogate.export.keras_layers import NotExportableError, add_network
-from surrogate.export.onnx import file_content
-from surrogate.export.onnx_graph import OnnxGraph
-from surrogate.prediction.networks import KerasNetwork
+from surrogate.networks import KerasNetwork
+from surrogate.onnx.export import file_content
+from surrogate.onnx.graph import OnnxGraph
+from surrogate.onnx.keras_layers import NotExportableError, add_network
 from surrogate.training.identity import Run
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import execute

@@ -14,7 +14,8 @@ from bem.dataset.designs import Design
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import channels, edge_from_counts
-from surrogate.prediction.bands import (
+from surrogate.files import BANDED, PUBLISHED_BANDED
+from surrogate.intervals import (
     BANDS,
     CORNERS,
     GROUPS,
@@ -29,12 +30,10 @@ from surrogate.prediction.bands import (
     result_errors,
     results,
 )
-from surrogate.prediction.files import BANDED, PUBLISHED_BANDED
-from surrogate.prediction.loading import load_banded
-from surrogate.prediction.validity import MARGIN
+from surrogate.loading import load_banded
+from surrogate.validity import MARGIN
 from tests.data_files import damaged
-from tests.surrogate.conftest import scenes
-from tests.surrogate.prediction.conftest import PROTOCOL, RANGES, SCENE
+from tests.surrogate.conftest import PROTOCOL, RANGES, SCENE, scenes
 
 COUNTS = (22, 8, 72)
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")

@@ -17,11 +17,11 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import edge_from_counts
-from surrogate.export.onnx_file import checked_content, is_intact, session_of
-from surrogate.export.onnx_graph import OnnxGraph
-from surrogate.prediction.bands_graph import add_bands, banded_content
-from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
-from surrogate.prediction.predicted import INTERVALS, predicted_trajectories
+from surrogate.files import PUBLISHED_BANDED as PUBLISHED
+from surrogate.onnx.file import checked_content, is_intact, session_of
+from surrogate.onnx.graph import OnnxGraph
+from surrogate.onnx.intervals_graph import add_bands, banded_content
+from surrogate.trajectory import INTERVALS, predicted_trajectories
 from tests.processes import ROOT
 from tests.surrogate.conftest import scenes
 

@@ -19,8 +19,8 @@ from surrogate.architectures import build
 from surrogate.architectures.registry import require_source
 from surrogate.data.features import channels
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx_file import session_of
-from surrogate.prediction.files import WEIGHTS, read_intact
+from surrogate.files import WEIGHTS, read_intact
+from surrogate.onnx.file import session_of
 
 if TYPE_CHECKING:
     import keras
@@ -89,7 +89,7 @@ class Network:
 
 
 class OnnxNetwork(Network):
-    """A file of `surrogate.export.onnx`, complete or of the network alone, and its session.
+    """A file of `surrogate.onnx.export`, complete or of the network alone, and its session.
 
     A pickled one carries the file, which another process may lack.
     """
@@ -153,7 +153,7 @@ class KerasNetwork(Network):
         Raises:
             NotExportableError: it has a layer that cannot be exported.
         """
-        from surrogate.export.onnx import file_content
+        from surrogate.onnx.export import file_content
 
         return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
 

@@ -25,7 +25,7 @@ from bem._support.jit import kernel
 from bem._support.monotone import monotone_integral, monotone_slopes
 from bem.dataset.designs import OUTERMOST, QUANTITIES
 from surrogate.data.scaling import Scaling
-from surrogate.prediction.predicted import Doubt
+from surrogate.trajectory import Doubt
 
 GROUPS = 8
 LEVELS = (0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975, 0.99)

@@ -13,9 +13,9 @@ import pytest
 import surrogate
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.scaling import PUBLISHED_MATERIALS
-from surrogate.export.onnx_file import sealed
-from surrogate.prediction.files import PUBLISHED, PUBLISHED_BANDED, SUMMED, read_intact, read_run, write_run
-from surrogate.prediction.networks import load_weights
+from surrogate.files import PUBLISHED, PUBLISHED_BANDED, SUMMED, read_intact, read_run, write_run
+from surrogate.networks import load_weights
+from surrogate.onnx.file import sealed
 from surrogate.training.runs import folder_content
 from tests.data_files import damaged
 from tests.surrogate.conftest import scaling_of

@@ -1,6 +1,6 @@
 """Results, intervals and bands of a model with bands as operations of an ONNX graph, in double precision.
 
-They are those of `surrogate.prediction.bands`, whose compiled functions do the same for one prediction in a fraction of
+They are those of `surrogate.intervals`, whose compiled functions do the same for one prediction in a fraction of
 the time, and have the names of `PredictedTrajectory`. Protocols are read off the measurement steps.
 """
 
@@ -16,12 +16,12 @@ from onnx import TensorProto, numpy_helper
 from bem.dataset.designs import OUTERMOST
 from bem.problem.protocol import default_start_indentation
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx import HISTORY, MATRIX, RATIO, complete, scaled_channels, unscaled
-from surrogate.export.onnx_file import PRETRAINED_FORMAT
-from surrogate.export.onnx_graph import OnnxGraph, Value
-from surrogate.prediction.bands import BANDS, CORNERS, FACTORS, GROUPS, KNOWN, LEAST, NEARLY_ELASTIC, RESULTS, Bands
-from surrogate.prediction.predictor import Surrogate
-from surrogate.prediction.validity import RANGE_TOLERANCE, START_TOLERANCE
+from surrogate.intervals import BANDS, CORNERS, FACTORS, GROUPS, KNOWN, LEAST, NEARLY_ELASTIC, RESULTS, Bands
+from surrogate.model import Surrogate
+from surrogate.onnx.export import HISTORY, MATRIX, RATIO, complete, scaled_channels, unscaled
+from surrogate.onnx.file import PRETRAINED_FORMAT
+from surrogate.onnx.graph import OnnxGraph, Value
+from surrogate.validity import RANGE_TOLERANCE, START_TOLERANCE
 
 COVERAGE = 0.9
 """Share of true values that intervals and bands of a graph are to contain."""
@@ -31,7 +31,7 @@ _BOTH = np.array([[-1.0, 1.0]])
 def banded_content(model: Surrogate) -> bytes:
     """Return one ONNX file of a model with bands: features, scaling and bands around its network; without Keras.
 
-    `surrogate.export.onnx` describes the file.
+    `surrogate.onnx.export` describes the file.
 
     Raises:
         ValueError: the model has no bands.
@@ -172,7 +172,7 @@ def _half_widths(known: Value, bands: Bands) -> tuple[Value, Value]:
 
 
 def _outside(known: Value, start: Value, scaling: Scaling) -> Value:
-    """Whether a quantity or the start lies outside the ranges, as of `surrogate.prediction.validity`, (batch, 1)."""
+    """Whether a quantity or the start lies outside the ranges, as of `surrogate.validity`, (batch, 1)."""
     low, high = np.array([scaling.ranges[name] for name in KNOWN]).T
     share = start / (default_start_indentation(1.0) * known.graph.named("tabor").expand(1))
     values = known.to("Concat", share, axis=1)

@@ -1,1 +1,0 @@
-"""Prediction with trained models: one predictor, its files, its range of validity."""
