@@ -1,0 +1,1 @@
+"""Soft viscoelastic contacts, whose edge is a crack with a process zone much smaller than the contact."""
