@@ -250,11 +250,12 @@ def finite_zone(law: EdgeLaw, toughness: float, radius: float, tabor: float) -> 
 
 
 @kernel
-def snap_in_depth(law: EdgeLaw, tabor: float, depth: float, rate: float) -> float:
-    """Depth at which surfaces that approach at a `rate` > 0 jump into contact, near the present `depth`; in mu h0.
+def snap_in_depth(law: EdgeLaw, tabor: float, rate: float) -> float:
+    """Depth at which surfaces that approach at a `rate` > 0 jump into contact, in mu h0.
 
     The compliance is that after the time in which the attraction grows.
     """
+    depth = 0.0
     for _ in range(8):
         compliance = 1.0
         for i in range(law.times.size):

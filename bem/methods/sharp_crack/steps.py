@@ -1,0 +1,396 @@
+"""One step of a contact whose edge is a sharp crack.
+
+At the edge a, with the speed V = mu^2 |da/dt| and the far strains sum e on the side from which the edge comes,
+
+    opening   2 g(a)^2 / (pi a) = toughness,        closing   2 (y(a) - sum e)^2 / (pi a) = toughness.
+
+A step lets the strains relax with the edge at its place. Where the edge then is pulled by more than its toughness it
+opens up to the first radius at which it is not, else it closes outwards as far as it can. The nodes that it passes get
+the strains of their own instants.
+
+Units: as in `bem.methods.sharp_crack.far_field`. Sources: see `bem.methods.sharp_crack.zone`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem.methods.sharp_crack.edge_law import (
+    ZONE_LENGTH,
+    EdgeLaw,
+    aged_toughness,
+    closing_toughness,
+    finite_zone,
+    inner_toughness,
+    interpolated,
+    opening_toughness,
+    snap_in_depth,
+    started_toughness,
+)
+from bem.methods.sharp_crack.far_field import HeldStep, Relaxation, held_step, hold, release, surface
+
+_LEAST_TRAVEL = 1e-9  # of an edge that moves, over its radius
+_GROWTH = 1.25  # of the travel that is tried
+_HALVINGS = 45
+_MARK = 0.2  # of the zone's length, between the places from which the speed of a closing edge is measured
+_FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew
+_NEW_ZONE = 1e3  # lengths of zone from the place of rest, after which its closing speed is forgotten
+_PROFILE = 12  # points behind a closing edge, within the last spacing of nodes
+
+
+class Contact(NamedTuple):
+    """What does not change during a history."""
+
+    tabor: float
+    law: EdgeLaw
+    relaxation: Relaxation
+    radii: np.ndarray  # (n,) nodes from 0, at one spacing
+    pulls: np.ndarray  # (n,) scratch: g at the nodes
+    step: HeldStep  # scratch: of all nodes
+    part: HeldStep  # scratch: of one node
+    work: np.ndarray  # (4, m) scratch
+
+
+class State(NamedTuple):
+    """The contact at one instant; strains are those of the m terms."""
+
+    time: float
+    depth: float
+    force: float
+    radius: float  # of the edge, 0 without contact
+    zone: float  # length of the process zone, over the radius
+    rest_radius: float  # where the edge last rested
+    left_rest: float  # when it left that place, opening
+    bonded: float  # when the surfaces at the edge met
+    closed: float  # speed V at which the zone at rest closed, 0 if it has relaxed
+    mark: tuple[float, float]  # place and instant from which the speed of a closing edge is measured
+    next_mark: tuple[float, float]
+    strains: np.ndarray  # (n, m) at the nodes
+    births: np.ndarray  # (n,): when the surfaces met
+    inner: np.ndarray  # (m,) just inside of the edge
+    outer: np.ndarray  # (m,) just outside
+    rest: np.ndarray  # (m,) outside of the place of rest
+
+
+class _Opening(NamedTuple):
+    """An edge that is to open."""
+
+    radius: float  # of the edge before
+    pull: float  # g there
+    count: int  # nodes in the contact
+    dt: float
+    age: float  # since it left its rest
+    rest_radius: float
+    strain: float  # left at the place of rest, over sqrt(a / 2)
+    closed: float
+    bond: float  # age of the bond
+
+
+@kernel
+def new_state(nodes: int, terms: int, time: float, depth: float) -> State:
+    """Separate surfaces without memory."""
+    mark = (0.0, time)
+    return State(
+        time, depth, 0.0, 0.0, 0.0, 0.0, time, time, 0.0, mark, mark,
+        np.zeros((nodes, terms)), np.full(nodes, time), np.zeros(terms), np.zeros(terms), np.zeros(terms),
+    )  # fmt: skip
+
+
+@kernel
+def nodes_inside(radii: np.ndarray, radius: float) -> int:
+    """Number of nodes (n,) at less than a radius."""
+    count = min(int(radius / radii[1]) + 1, radii.size)
+    while count > 0 and radii[count - 1] >= radius:
+        count -= 1
+    return count
+
+
+@kernel
+def _total(values: np.ndarray) -> float:
+    total = 0.0
+    for i in range(values.size):
+        total += values[i]
+    return total
+
+
+@kernel
+def _pull_at(contact: Contact, opening: _Opening, radius: float) -> float:
+    """g at a radius up to the edge."""
+    radii, pulls = contact.radii, contact.pulls
+    low = max(min(int(radius / radii[1]), opening.count - 1), 0)
+    last = low == opening.count - 1
+    right, end = (opening.radius, opening.pull) if last else (radii[low + 1], pulls[low + 1])
+    part = (radius - radii[low]) / max(right - radii[low], 1e-300)
+    return pulls[low] + part * (end - pulls[low])
+
+
+@kernel
+def _excess(contact: Contact, opening: _Opening, radius: float) -> float:
+    """By how much the edge is pulled more than it takes, if it opens up to a radius in this step."""
+    law, unit = contact.law, contact.tabor * contact.tabor
+    k = law.ratio
+    pull = max(_pull_at(contact, opening, radius), 0.0)
+    speed = (opening.radius - radius) * unit / opening.dt
+    moved = 1.0 / aged_toughness(law, speed, opening.age) - k
+    started = 1.0 / started_toughness(law, (opening.rest_radius - radius) * unit, opening.strain, opening.closed) - k
+    toughness = 1.0 / (k + moved + started - moved * started / (1.0 - k))
+    toughness = min(toughness, aged_toughness(law, speed, opening.bond))
+    return 2.0 * pull * pull / (np.pi * max(radius, 1e-12)) - toughness * finite_zone(
+        law, toughness, radius, contact.tabor
+    )
+
+
+@kernel
+def _opened_radius(contact: Contact, opening: _Opening) -> float:
+    """First radius going inwards at which the edge is held; 0 if there is none."""
+    held, travel = opening.radius, _LEAST_TRAVEL
+    while travel < 1.0:
+        radius = opening.radius * (1.0 - travel)
+        if _excess(contact, opening, radius) <= 0.0:
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (held + radius)
+                if _excess(contact, opening, middle) <= 0.0:
+                    radius = middle
+                else:
+                    held = middle
+                if held - radius <= 1e-4 * (opening.radius - radius):
+                    break
+            return 0.5 * (held + radius)
+        held, travel = radius, travel * _GROWTH
+    return 0.0
+
+
+@kernel
+def _outside(contact: Contact, new: State, first: int, edge: float, radius: float, term: int) -> float:
+    """Strain of a term outside of the edge, at a radius; from the `first` node on the strains are those of nodes."""
+    radii = contact.radii
+    low = min(int(radius / radii[1]), radii.size - 2)
+    right = new.strains[low + 1, term]
+    left_place, left = (radii[low], new.strains[low, term]) if low >= first else (edge, new.outer[term])
+    part = (radius - left_place) / max(radii[low + 1] - left_place, 1e-300)
+    return left + min(part, 1.0) * (right - left)
+
+
+@kernel
+def _resistance(
+    contact: Contact, new: State, first: int, edge: float, mark: tuple, radius: float, time: float, depth: float
+) -> float:
+    """By how much the surfaces lie too far apart to close up to a radius in this step."""
+    law = contact.law
+    far = surface(radius, depth)
+    for i in range(law.times.size):
+        far -= _outside(contact, new, first, edge, radius, i)
+    far = max(far, 0.0)
+    place, instant = mark
+    speed = (radius - place) * contact.tabor**2 / max(time - instant, 1e-300)
+    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor)
+    return 2.0 * far * far / (np.pi * radius) - closing_toughness(law, speed) * factor
+
+
+@kernel
+def _closed_radius(
+    contact: Contact, new: State, first: int, edge: float, mark: tuple, time: float, depth: float
+) -> float:
+    """Radius up to which the edge closes; that of the edge if it does not."""
+    largest = contact.radii[-1]
+    held, travel = max(edge, 1e-6), _LEAST_TRAVEL
+    if edge == 0.0:  # beyond the barrier of nucleation
+        held, free = largest, largest
+        for i in range(1, 200):
+            free = largest * (1.0 - i / 200.0)
+            if _resistance(contact, new, first, edge, mark, free, time, depth) < 0.0:
+                break
+            held = free
+        else:
+            return 0.0
+        if held == largest:
+            return held
+    else:
+        if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
+            return edge
+        free = held
+        while True:
+            held = min(edge * (1.0 + travel), largest)
+            if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
+                break
+            if held == largest:
+                return held
+            free, travel = held, travel * _GROWTH
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (held + free)
+        if _resistance(contact, new, first, edge, mark, middle, time, depth) < 0.0:
+            free = middle
+        else:
+            held = middle
+        if held - free <= 1e-4 * max(held - edge, 1e-12):
+            break
+    return 0.5 * (held + free)
+
+
+@kernel
+def _relaxed(contact: Contact, old: State, time: float, depth: float, new: State) -> int:
+    """Let all strains relax with the edge at its place, into the arrays of `new`; returns the nodes in the contact."""
+    radii, relaxation, dt, edge = contact.radii, contact.relaxation, time - old.time, old.radius
+    count, terms, decay = nodes_inside(radii, edge), relaxation.times.size, contact.work[0]
+    held_step(relaxation, dt, contact.step)
+    for i in range(terms):
+        decay[i] = np.exp(-dt / relaxation.times[i])
+    for j in range(count):
+        after = surface(radii[j], depth)
+        hold(contact.step, old.strains[j], surface(radii[j], old.depth), after, new.strains[j])
+        contact.pulls[j] = (after - _total(new.strains[j])) / relaxation.ratio
+    for j in range(count, radii.size):
+        for i in range(terms):
+            new.strains[j, i] = old.strains[j, i] * decay[i]
+    for j in range(radii.size):
+        new.births[j] = old.births[j]
+    for i in range(terms):
+        new.outer[i] = old.outer[i] * decay[i] if edge > 0.0 else new.strains[0, i]
+        new.inner[i] = new.outer[i]
+        new.rest[i] = old.rest[i] * decay[i] if edge > 0.0 else new.strains[0, i]
+    if edge > 0.0:
+        hold(contact.step, old.inner, surface(edge, old.depth), surface(edge, depth), new.inner)
+    return count
+
+
+@kernel
+def _open(contact: Contact, old: State, time: float, depth: float, new: State, count: int, radius: float) -> float:
+    """Strains where the edge opens up to `radius`, into the arrays of `new`; returns when the bond there was made."""
+    radii, relaxation, dt, edge = contact.radii, contact.relaxation, time - old.time, old.radius
+    between = contact.work[1]
+    for j in range(count):
+        if radii[j] < radius and radius > 0.0:
+            continue
+        passed = min(max((edge - radii[j]) / max(edge - radius, 1e-300), 0.0), 1.0) * dt
+        held_step(relaxation, passed, contact.part)
+        depth_then = old.depth + passed / dt * (depth - old.depth)
+        hold(contact.part, old.strains[j], surface(radii[j], old.depth), surface(radii[j], depth_then), between)
+        release(relaxation, between, dt - passed, new.strains[j])
+    if radius == 0.0:
+        return time
+    low = max(min(int(radius / radii[1]), count - 1), 0)
+    last = low == count - 1
+    right, birth = (edge, old.bonded) if last else (radii[low + 1], old.births[low + 1])
+    part = (radius - radii[low]) / max(right - radii[low], 1e-300)
+    for i in range(between.size):
+        end = old.inner[i] if last else old.strains[low + 1, i]
+        between[i] = old.strains[low, i] + part * (end - old.strains[low, i])
+    hold(contact.step, between, surface(radius, old.depth), surface(radius, depth), new.inner)
+    # Just outside of the zone: as before, until the edge has left the place of rest.
+    length = ZONE_LENGTH * aged_toughness(contact.law, 0.0, time - old.left_rest)
+    share = np.exp(-(old.rest_radius - radius) * contact.tabor**2 / length)
+    for i in range(between.size):
+        new.outer[i] = new.inner[i] - share * (new.inner[i] - new.rest[i])
+    return old.births[low] + part * (birth - old.births[low])
+
+
+@kernel
+def _close(
+    contact: Contact, old: State, time: float, depth: float, new: State, count: int, radius: float, speed: float
+) -> float:
+    """Strains where the edge closes up to `radius`, into the arrays of `new`; returns the force beyond the last node.
+
+    Behind the edge, within the last spacing of nodes, the strains grow from those outside as y is held.
+    """
+    radii, relaxation, dt, edge, law = contact.radii, contact.relaxation, time - old.time, old.radius, contact.law
+    ratio, between, ahead = relaxation.ratio, contact.work[1], contact.work[2]
+    for i in range(ahead.size):
+        ahead[i] = _outside(contact, new, count, edge, radius, i)
+    last = edge
+    for j in range(count, radii.size):
+        if radii[j] >= radius:
+            break
+        last = radii[j]
+        met = min(max((radii[j] - edge) / (radius - edge), 0.0), 1.0) * dt
+        release(relaxation, old.strains[j], met, between)
+        held_step(relaxation, dt - met, contact.part)
+        then = surface(radii[j], old.depth + met / dt * (depth - old.depth))
+        hold(contact.part, between, then, surface(radii[j], depth), new.strains[j])
+        contact.pulls[j] = (surface(radii[j], depth) - _total(new.strains[j])) / ratio
+        new.births[j] = old.time + met
+    last = max(last, radii[nodes_inside(radii, radius) - 1])
+    far = max(surface(radius, depth) - _total(ahead), 0.0)
+    log_speed = np.log(max(speed * contact.tabor**2, 1e-300))
+    for i in range(ahead.size):
+        new.outer[i] = ahead[i]
+        new.inner[i] = ahead[i] + far * interpolated(law.log_speed, law.strains[:, i], log_speed)
+    value, width, force = far / ratio, radius - last, 0.0
+    held = far + _total(ahead)
+    before, pull_before = 0.0, value
+    for i in range(_PROFILE):
+        behind = width * 1e-4 ** (1.0 - i / (_PROFILE - 1.0))
+        held_step(relaxation, behind / speed, contact.part)
+        hold(contact.part, ahead, held, held, between)
+        pull = (held - _total(between)) / ratio
+        force += 0.5 * (pull + pull_before) * (behind - before)
+        before, pull_before = behind, pull
+    if last > radii[nodes_inside(radii, radius) - 1]:  # up to the edge before
+        node = nodes_inside(radii, radius) - 1
+        force += 0.5 * (pull_before + contact.pulls[node]) * (last - radii[node])
+    return force
+
+
+@kernel
+def advance(contact: Contact, old: State, time: float, depth: float, new: State) -> State:
+    """The contact at a later `time` and `depth`, in the arrays of `new`; `old` is kept."""
+    radii, law, unit, edge, dt = contact.radii, contact.law, contact.tabor**2, old.radius, time - old.time
+    ratio = contact.relaxation.ratio
+    count = _relaxed(contact, old, time, depth, new)
+    radius, bonded, closed, rest_radius = edge, old.bonded, old.closed, old.rest_radius
+    mark, next_mark, rim = old.mark, old.next_mark, -1.0
+    pull = (surface(edge, depth) - _total(new.inner)) / ratio if edge > 0.0 else 0.0
+    strain = (_total(new.inner) - _total(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
+    opening = _Opening(
+        edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded
+    )
+    if edge > 0.0 and pull > 0.0 and _excess(contact, opening, edge) > 0.0:
+        radius = _opened_radius(contact, opening)
+        if (rest_radius - radius) * unit >= _NEW_ZONE * ZONE_LENGTH:
+            closed = 0.0
+        bonded = _open(contact, old, time, depth, new, count, radius)
+        mark = next_mark = (radius, time)
+    elif edge > 0.0 or depth >= snap_in(contact, new, (depth - old.depth) / dt):
+        if edge == 0.0:
+            mark = next_mark = (0.0, old.time)
+        radius = _closed_radius(contact, new, count, edge, mark, time, depth)
+        if radius > edge:
+            place, instant = mark
+            speed = (radius - place) / (time - instant)
+            rim = _close(contact, old, time, depth, new, count, radius, speed)
+            closed = speed * unit
+            bonded = time - ZONE_LENGTH * closing_toughness(law, closed) / max(closed, 1e-300)
+            if (radius - next_mark[0]) * unit > _MARK * ZONE_LENGTH * closing_toughness(law, closed):
+                mark, next_mark = next_mark, (radius, time)
+    if radius > edge or (radius == edge and (rest_radius - radius) * unit > _FORGOTTEN * ZONE_LENGTH / ratio):
+        rest_radius = radius
+        for i in range(new.rest.size):
+            new.rest[i] = new.outer[i]
+    left_rest = time if radius >= edge else old.left_rest
+    force, zone = 0.0, 0.0
+    if radius > 0.0:
+        force, zone = _force_and_zone(contact, new, radius, depth, rim)
+    return State(
+        time, depth, force, radius, zone, rest_radius, left_rest, bonded, closed, mark, next_mark,
+        new.strains, new.births, new.inner, new.outer, new.rest,
+    )  # fmt: skip
+
+
+@kernel
+def snap_in(contact: Contact, new: State, rate: float) -> float:
+    """Depth from which separate surfaces jump into contact; that of the dent where they do not approach."""
+    dent = -2.0 * _total(new.strains[0])
+    return dent + (snap_in_depth(contact.law, contact.tabor, rate) if rate > 0.0 else 0.0)
+
+
+@kernel
+def _force_and_zone(contact: Contact, new: State, radius: float, depth: float, rim: float) -> tuple[float, float]:
+    """Force, and length of the zone over the radius; `rim` is the force beyond the last node, or -1."""
+    radii, pulls = contact.radii, contact.pulls
+    count = nodes_inside(radii, radius)
+    pull = (surface(radius, depth) - _total(new.inner)) / contact.relaxation.ratio
+    total = 0.0
+    for j in range(1, count):
+        total += 0.5 * (pulls[j - 1] + pulls[j]) * radii[1]
+    total += rim if rim >= 0.0 else 0.5 * (pulls[count - 1] + pull) * (radius - radii[count - 1])
+    return 4.0 / np.pi * total, ZONE_LENGTH * 2.0 * pull * pull / np.pi / (contact.tabor * radius) ** 2
