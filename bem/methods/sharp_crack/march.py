@@ -8,7 +8,7 @@ Units: as in `bem.methods.sharp_crack.far_field`.
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.sharp_crack.steps import Contact, State, advance
+from bem.methods.sharp_crack.steps import Contact, State, advance, dent
 from bem.solver.records import Records, new_records, with_jump, with_record
 from bem.tractions import Law, tail_force_at
 
@@ -18,8 +18,10 @@ _SHORTEST = 1.0 / 500.0  # step, over the whole one
 
 @kernel
 def _force(contact: Contact, law: Law, state: State) -> float:
-    """Force; without contact that of undeformed surfaces."""
-    return state.force if state.radius > 0.0 else tail_force_at(law, max(1.0 - contact.tabor * state.depth, 1.0))
+    """Force; without contact that of surfaces which only the dent of the contact before has deformed."""
+    if state.radius > 0.0:
+        return state.force
+    return tail_force_at(law, max(1.0 + contact.tabor * (dent(state) - state.depth), 1.0))
 
 
 @kernel

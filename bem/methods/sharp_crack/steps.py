@@ -30,8 +30,8 @@ from bem.methods.sharp_crack.edge_law import (
 )
 from bem.methods.sharp_crack.far_field import HeldStep, Relaxation, held_step, hold, release, surface
 
-_LEAST_TRAVEL = 1e-9  # of an edge that moves, over its radius
-_GROWTH = 1.25  # of the travel that is tried
+_LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
+_GROWTH = 1.6  # of the travel that is tried
 _HALVINGS = 45
 _MARK = 0.2  # of the zone's length, between the places from which the speed of a closing edge is measured
 _FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew
@@ -154,7 +154,7 @@ def _opened_radius(contact: Contact, opening: _Opening) -> float:
                     radius = middle
                 else:
                     held = middle
-                if held - radius <= 1e-4 * (opening.radius - radius):
+                if held - radius <= 1e-3 * (opening.radius - radius):
                     break
             return 0.5 * (held + radius)
         held, travel = radius, travel * _GROWTH
@@ -223,7 +223,7 @@ def _closed_radius(
             free = middle
         else:
             held = middle
-        if held - free <= 1e-4 * max(held - edge, 1e-12):
+        if held - free <= 1e-3 * max(held - edge, 1e-12):
             break
     return 0.5 * (held + free)
 
@@ -377,10 +377,15 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
 
 
 @kernel
+def dent(state: State) -> float:
+    """Depth at which the sphere touches the surface without force."""
+    return -2.0 * _total(state.strains[0])
+
+
+@kernel
 def snap_in(contact: Contact, new: State, rate: float) -> float:
     """Depth from which separate surfaces jump into contact; that of the dent where they do not approach."""
-    dent = -2.0 * _total(new.strains[0])
-    return dent + (snap_in_depth(contact.law, contact.tabor, rate) if rate > 0.0 else 0.0)
+    return dent(new) + (snap_in_depth(contact.law, contact.tabor, rate) if rate > 0.0 else 0.0)
 
 
 @kernel
