@@ -17,10 +17,12 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.materials import Material
+from bem.methods.sharp_crack.tail import ZONE_LENGTH, Tail, tail_effects, tail_of
 from bem.methods.sharp_crack.zone import Zone, ZoneEquations, tractions_and_slopes
-from bem.tractions import PEAK_TRACTION, Law, LennardJones, TractionLaw, law_of
+from bem.tractions import Law, LennardJones, TractionLaw, law_of
 
-ZONE_LENGTH = np.pi / (4.0 * PEAK_TRACTION**2)  # of a zone of constant stress and toughness 1, in beta / mu^2
+_FINITE = 1.0 / 6.0  # share of its relative length by which a zone of constant stress takes more
+_LONGEST = 0.25  # zone, over the radius, of which the correction makes sense
 _PER_DECADE = 3.5
 _SLOWEST, _FASTEST = 1e-4, 1e3
 _RESTED = (0.9, 0.7, 0.5, 0.3, 0.12, 0.03)  # shares of its strain that a zone has, which closed at the speeds tabulated
@@ -36,7 +38,7 @@ class EdgeLaw(NamedTuple):
     ratio: float  # k
     strengths: np.ndarray  # (m,)
     times: np.ndarray  # (m,)
-    excess: np.ndarray  # (2,): a zone of relative length eta takes 1 + (excess_0 - excess_1 ln eta) eta times as much
+    tail: Tail  # of the traction outside of the zone
     log_speed: np.ndarray  # (v,)
     opening: np.ndarray  # (v,): toughness of an opening edge
     log_transit: np.ndarray  # (v,): logarithm of the time in which it opens a zone's length, falling
@@ -108,7 +110,7 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
         ratio,
         strengths,
         times,
-        np.array([-0.33, 0.30]) if not law.tabulated else np.array([1 / 6, 0.0]),
+        tail_of(0.0 if law.tabulated else 1.0),
         np.log(speeds),
         open_work,
         np.log(ZONE_LENGTH * open_work / speeds),
@@ -243,10 +245,16 @@ def started_toughness(law: EdgeLaw, run: float, strain: float, closed: float) ->
 
 
 @kernel
-def finite_zone(law: EdgeLaw, toughness: float, radius: float, tabor: float) -> float:
-    """How much more an edge of a contact of this radius takes, because its zone is not small."""
-    eta = min(max(ZONE_LENGTH * toughness / (tabor * tabor * max(radius, 1e-9)), 1e-12), 0.25)
-    return 1.0 + max(law.excess[0] - law.excess[1] * np.log(eta), 0.0) * eta
+def finite_zone(law: EdgeLaw, toughness: float, radius: float, tabor: float, growth: float) -> tuple[float, float]:
+    """How much more an edge of a contact of this radius takes, because its zone is not small, and the force outside.
+
+    `growth` is how fast the opening grows outwards, q of `bem.methods.sharp_crack.tail`.
+    """
+    eta = min(max(ZONE_LENGTH * toughness / (tabor * tabor * max(radius, 1e-9)), 1e-12), _LONGEST)
+    if law.tail.strength == 0.0:
+        return 1.0 + _FINITE * eta, 0.0
+    more, force = tail_effects(law.tail, eta, growth)
+    return 1.0 + max(more, -0.5), force
 
 
 @kernel

@@ -85,6 +85,7 @@ class _Opening(NamedTuple):
     strain: float  # left at the place of rest, over sqrt(a / 2)
     closed: float
     bond: float  # age of the bond
+    growth: float  # relative, of the opening over the radius
 
 
 @kernel
@@ -136,9 +137,8 @@ def _excess(contact: Contact, opening: _Opening, radius: float) -> float:
     started = 1.0 / started_toughness(law, (opening.rest_radius - radius) * unit, opening.strain, opening.closed) - k
     toughness = 1.0 / (k + moved + started - moved * started / (1.0 - k))
     toughness = min(toughness, aged_toughness(law, speed, opening.bond))
-    return 2.0 * pull * pull / (np.pi * max(radius, 1e-12)) - toughness * finite_zone(
-        law, toughness, radius, contact.tabor
-    )
+    factor = finite_zone(law, toughness, radius, contact.tabor, opening.growth)[0]
+    return 2.0 * pull * pull / (np.pi * max(radius, 1e-12)) - toughness * factor
 
 
 @kernel
@@ -184,7 +184,8 @@ def _resistance(
     far = max(far, 0.0)
     place, instant = mark
     speed = (radius - place) * contact.tabor**2 / max(time - instant, 1e-300)
-    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor)
+    growth = radius * radius / max(far, 1e-300)
+    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor, growth)[0]
     return 2.0 * far * far / (np.pi * radius) - closing_toughness(law, speed) * factor
 
 
@@ -341,8 +342,9 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     mark, next_mark, rim = old.mark, old.next_mark, -1.0
     pull = (surface(edge, depth) - _total(new.inner)) / ratio if edge > 0.0 else 0.0
     strain = (_total(new.inner) - _total(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
+    growth = _growth(contact, edge, pull, count)
     opening = _Opening(
-        edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded
+        edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded, growth
     )
     if edge > 0.0 and pull > 0.0 and _excess(contact, opening, edge) > 0.0:
         radius = _opened_radius(contact, opening)
@@ -369,7 +371,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     left_rest = time if radius >= edge else old.left_rest
     force, zone = 0.0, 0.0
     if radius > 0.0:
-        force, zone = _force_and_zone(contact, new, radius, depth, rim)
+        force, zone = _force_and_zone(contact, new, radius, depth, rim, 0.0 if rest_radius == radius else growth)
     return State(
         time, depth, force, radius, zone, rest_radius, left_rest, bonded, closed, mark, next_mark,
         new.strains, new.births, new.inner, new.outer, new.rest,
@@ -389,8 +391,13 @@ def snap_in(contact: Contact, new: State, rate: float) -> float:
 
 
 @kernel
-def _force_and_zone(contact: Contact, new: State, radius: float, depth: float, rim: float) -> tuple[float, float]:
-    """Force, and length of the zone over the radius; `rim` is the force beyond the last node, or -1."""
+def _force_and_zone(
+    contact: Contact, new: State, radius: float, depth: float, rim: float, growth: float
+) -> tuple[float, float]:
+    """Force, and length of the zone over the radius.
+
+    `rim` is the force beyond the last node, or -1; `growth` that of the opening, 0 for an edge that does not open.
+    """
     radii, pulls = contact.radii, contact.pulls
     count = nodes_inside(radii, radius)
     pull = (surface(radius, depth) - _total(new.inner)) / contact.relaxation.ratio
@@ -398,4 +405,18 @@ def _force_and_zone(contact: Contact, new: State, radius: float, depth: float, r
     for j in range(1, count):
         total += 0.5 * (pulls[j - 1] + pulls[j]) * radii[1]
     total += rim if rim >= 0.0 else 0.5 * (pulls[count - 1] + pull) * (radius - radii[count - 1])
-    return 4.0 / np.pi * total, ZONE_LENGTH * 2.0 * pull * pull / np.pi / (contact.tabor * radius) ** 2
+    toughness = 2.0 * pull * pull / (np.pi * radius)
+    if growth == 0.0:
+        growth = 2.0 * radius * max(pull, 0.0) / np.pi
+    outside = finite_zone(contact.law, toughness, radius, contact.tabor, growth)[1]
+    return 4.0 / np.pi * total + outside, ZONE_LENGTH * toughness / (contact.tabor**2 * radius)
+
+
+@kernel
+def _growth(contact: Contact, edge: float, pull: float, count: int) -> float:
+    """Relative growth of g with the radius at the edge, which is that of an opening outside."""
+    if edge == 0.0 or pull <= 0.0:
+        return 1.0
+    radii, pulls = contact.radii, contact.pulls
+    near = max(min(int(0.95 * edge / radii[1]), count - 1), 0)
+    return max((1.0 - pulls[near] / pull) * edge / (edge - radii[near]), 1e-3)

@@ -101,8 +101,12 @@ def _start(contact: Contact, state: State, glassy: bool) -> State:
         return state
     radii = np.linspace(1e-3, contact.radii[-1], 100_001)
     far = 0.5 * (radii**2 - depth)
-    factor = np.array([finite_zone(law, toughness / k**2 if glassy else 1.0, radius, contact.tabor) for radius in radii[::100]])
-    held = 2.0 * far**2 <= np.pi * radii * toughness * np.interp(radii, radii[::100], factor)
+    far_values = zip(radii[::100].tolist(), far[::100].tolist(), strict=True)
+    factors = [
+        finite_zone(law, toughness / compliance**2, radius, contact.tabor, radius**2 / max(value, 1e-9))[0]
+        for radius, value in far_values
+    ]
+    held = (far < 0.0) | (2.0 * far**2 <= np.pi * radii * toughness * np.interp(radii, radii[::100], factors))
     if not held.any():
         return state
     radius = float(radii[np.flatnonzero(held)[-1]])
