@@ -245,15 +245,17 @@ def started_toughness(law: EdgeLaw, run: float, strain: float, closed: float) ->
 
 
 @kernel
-def finite_zone(law: EdgeLaw, toughness: float, radius: float, tabor: float, growth: float) -> tuple[float, float]:
+def finite_zone(
+    law: EdgeLaw, toughness: float, radius: float, tabor: float, growth: float, share: float
+) -> tuple[float, float]:
     """How much more an edge of a contact of this radius takes, because its zone is not small, and the force outside.
 
-    `growth` is how fast the opening grows outwards, q of `bem.methods.sharp_crack.tail`.
+    `growth` and `share` are those of `bem.methods.sharp_crack.tail`.
     """
     eta = min(max(ZONE_LENGTH * toughness / (tabor * tabor * max(radius, 1e-9)), 1e-12), _LONGEST)
     if law.tail.strength == 0.0:
         return 1.0 + _FINITE * eta, 0.0
-    more, force = tail_effects(law.tail, eta, growth)
+    more, force = tail_effects(law.tail, eta, growth, share)
     return 1.0 + max(more, -0.5), force
 
 

@@ -29,6 +29,7 @@ from bem.methods.sharp_crack.edge_law import (
     started_toughness,
 )
 from bem.methods.sharp_crack.far_field import HeldStep, Relaxation, held_step, hold, release, surface
+from bem.methods.sharp_crack.tail import strain_ahead
 
 _LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
 _GROWTH = 1.6  # of the travel that is tried
@@ -36,6 +37,7 @@ _HALVINGS = 45
 _MARK = 0.2  # of the zone's length, between the places from which the speed of a closing edge is measured
 _FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew
 _NEW_ZONE = 1e3  # lengths of zone from the place of rest, after which its closing speed is forgotten
+_AROUND = 0.3  # of the radius, at which the gap is around the contact
 _PROFILE = 12  # points behind a closing edge, within the last spacing of nodes
 
 
@@ -76,6 +78,7 @@ class State(NamedTuple):
 class _Opening(NamedTuple):
     """An edge that is to open."""
 
+    depth: float
     radius: float  # of the edge before
     pull: float  # g there
     count: int  # nodes in the contact
@@ -86,6 +89,7 @@ class _Opening(NamedTuple):
     closed: float
     bond: float  # age of the bond
     growth: float  # relative, of the opening over the radius
+    around: float  # strain around the contact
 
 
 @kernel
@@ -137,7 +141,8 @@ def _excess(contact: Contact, opening: _Opening, radius: float) -> float:
     started = 1.0 / started_toughness(law, (opening.rest_radius - radius) * unit, opening.strain, opening.closed) - k
     toughness = 1.0 / (k + moved + started - moved * started / (1.0 - k))
     toughness = min(toughness, aged_toughness(law, speed, opening.bond))
-    factor = finite_zone(law, toughness, radius, contact.tabor, opening.growth)[0]
+    wake = _wake_share(radius, pull, surface(radius, opening.depth) - opening.around)
+    factor = finite_zone(law, toughness, radius, contact.tabor, opening.growth, wake)[0]
     return 2.0 * pull * pull / (np.pi * max(radius, 1e-12)) - toughness * factor
 
 
@@ -185,7 +190,15 @@ def _resistance(
     place, instant = mark
     speed = (radius - place) * contact.tabor**2 / max(time - instant, 1e-300)
     growth = radius * radius / max(far, 1e-300)
-    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor, growth)[0]
+    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor, growth, 1.0)[0]
+    if law.tail.strength > 0.0 and speed > 0.0 and far > 0.0:
+        toughness = closing_toughness(law, speed)
+        balanced = np.sqrt(0.5 * np.pi * radius * toughness)
+        factor = 1.0 + (factor - 1.0) * law.ratio * np.sqrt(inner_toughness(law, speed) / toughness)
+        for i in range(law.times.size):
+            reach = speed * law.times[i] / contact.tabor**2
+            factor += law.strengths[i] * strain_ahead(law.tail, balanced, radius, contact.tabor, reach)
+        factor = max(factor, 0.3)
     return 2.0 * far * far / (np.pi * radius) - closing_toughness(law, speed) * factor
 
 
@@ -343,8 +356,11 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     pull = (surface(edge, depth) - _total(new.inner)) / ratio if edge > 0.0 else 0.0
     strain = (_total(new.inner) - _total(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
     growth = _growth(contact, edge, pull, count)
+    around = 0.0
+    for i in range(new.outer.size):
+        around += _outside(contact, new, count, edge, min((1.0 + _AROUND) * edge, radii[-1]), i)
     opening = _Opening(
-        edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded, growth
+        depth, edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded, growth, around
     )
     if edge > 0.0 and pull > 0.0 and _excess(contact, opening, edge) > 0.0:
         radius = _opened_radius(contact, opening)
@@ -371,7 +387,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     left_rest = time if radius >= edge else old.left_rest
     force, zone = 0.0, 0.0
     if radius > 0.0:
-        force, zone = _force_and_zone(contact, new, radius, depth, rim, 0.0 if rest_radius == radius else growth)
+        force, zone = _force_and_zone(contact, new, radius, depth, rim, 0.0 if rest_radius == radius else growth, around)
     return State(
         time, depth, force, radius, zone, rest_radius, left_rest, bonded, closed, mark, next_mark,
         new.strains, new.births, new.inner, new.outer, new.rest,
@@ -392,7 +408,7 @@ def snap_in(contact: Contact, new: State, rate: float) -> float:
 
 @kernel
 def _force_and_zone(
-    contact: Contact, new: State, radius: float, depth: float, rim: float, growth: float
+    contact: Contact, new: State, radius: float, depth: float, rim: float, growth: float, around: float
 ) -> tuple[float, float]:
     """Force, and length of the zone over the radius.
 
@@ -406,10 +422,17 @@ def _force_and_zone(
         total += 0.5 * (pulls[j - 1] + pulls[j]) * radii[1]
     total += rim if rim >= 0.0 else 0.5 * (pulls[count - 1] + pull) * (radius - radii[count - 1])
     toughness = 2.0 * pull * pull / (np.pi * radius)
+    wake = _wake_share(radius, pull, surface(radius, depth) - around)
     if growth == 0.0:
-        growth = 2.0 * radius * max(pull, 0.0) / np.pi
-    outside = finite_zone(contact.law, toughness, radius, contact.tabor, growth)[1]
+        growth, wake = 2.0 * radius * max(pull, 0.0) / np.pi, 1.0
+    outside = finite_zone(contact.law, toughness, radius, contact.tabor, growth, wake)[1]
     return 4.0 / np.pi * total + outside, ZONE_LENGTH * toughness / (contact.tabor**2 * radius)
+
+
+@kernel
+def _wake_share(radius: float, pull: float, around: float) -> float:
+    """Opening at an edge in balance, over that `around` the contact."""
+    return min(0.5 * np.pi * radius / max(pull * around, 1e-12), 1.0)
 
 
 @kernel

@@ -25,6 +25,8 @@ from bem.tractions import PEAK_TRACTION
 ZONE_LENGTH = np.pi / (4.0 * PEAK_TRACTION**2)
 """Length of a zone of constant stress and toughness 1, in beta / mu^2."""
 _CUT = 0.8  # c
+_STEEP_ZONE = 0.15  # growth within the zone beyond which the first order in eta is meaningless
+_AHEAD = 3.3  # b
 _LOGARITHM = np.pi**2 / 32.0
 _FACTOR = 8.0 / (3.0 * np.pi)
 _FLATTEST, _STEEPEST, _POINTS = 0.05, 100.0, 64
@@ -57,15 +59,16 @@ def _shape(growth: float) -> float:
 
 
 @kernel
-def tail_effects(tail: Tail, eta: float, growth: float) -> tuple[float, float]:
+def tail_effects(tail: Tail, eta: float, growth: float, share: float) -> tuple[float, float]:
     """By how much the edge takes more, over its toughness, and by how much the force is larger.
 
     Args:
         tail: the table.
         eta: length of the zone over the radius.
         growth: q.
+        share: opening at the edge, over that of the gap around the contact, where the wake has relaxed; at most 1.
     """
-    log_growth = np.log(max(growth, 1e-300))
+    log_growth = np.log(max(min(growth, _STEEP_ZONE / eta), 1e-300))
     place = (log_growth - tail.log_growth[0]) / (tail.log_growth[1] - tail.log_growth[0])
     place = min(max(place, 0.0), tail.shape.size - 1.0)
     q = np.exp(tail.log_growth[0] + place * (tail.log_growth[1] - tail.log_growth[0]))
@@ -75,4 +78,25 @@ def tail_effects(tail: Tail, eta: float, growth: float) -> tuple[float, float]:
     integral = tail.shape[low] + part * (tail.shape[low + 1] - tail.shape[low]) - _LOGARITHM * np.log(_CUT * eta)
     scale = tail.strength * _FACTOR * eta / ZONE_LENGTH
     more = scale * ((2.0 - 2.0 * q) * integral + (2.0 - q) * slope + 2.0 * _LOGARITHM * q)
-    return more, scale * q * (2.0 * integral + slope - 2.0 * _LOGARITHM)
+    return more * share**3, share**2 * scale * q * (2.0 * integral + slope - 2.0 * _LOGARITHM)
+
+
+@kernel
+def strain_ahead(tail: Tail, opening: float, radius: float, tabor: float, reach: float) -> float:
+    """Relative excess of the toughness of a closing edge by a term whose strain ahead of it is less than on a flat.
+
+    On a flat the attraction pulls at the surface far ahead; the curved gap around a contact opens faster. To first
+    order, for a unit strength, with D the `opening` y - sum e at the edge:
+
+        -(8 / 3) (pi / 4)^3 a^2 / (L mu^2 D^4) ln(1 + b q L / a).
+
+    Args:
+        tail: the table.
+        opening: D.
+        radius: a.
+        tabor: mu.
+        reach: L, the way that the edge makes in the retardation time.
+    """
+    growth = radius * radius / opening
+    logarithm = np.log(1.0 + _AHEAD * growth * reach / radius)
+    return -tail.strength * 8.0 / 3.0 * (np.pi / 4.0) ** 3 * radius**2 / (reach * tabor**2 * opening**4) * logarithm

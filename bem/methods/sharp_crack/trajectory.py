@@ -103,7 +103,7 @@ def _start(contact: Contact, state: State, glassy: bool) -> State:
     far = 0.5 * (radii**2 - depth)
     far_values = zip(radii[::100].tolist(), far[::100].tolist(), strict=True)
     factors = [
-        finite_zone(law, toughness / compliance**2, radius, contact.tabor, radius**2 / max(value, 1e-9))[0]
+        finite_zone(law, toughness / compliance**2, radius, contact.tabor, radius**2 / max(value, 1e-9), 1.0)[0]
         for radius, value in far_values
     ]
     held = (far < 0.0) | (2.0 * far**2 <= np.pi * radii * toughness * np.interp(radii, radii[::100], factors))
