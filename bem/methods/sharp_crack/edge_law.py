@@ -22,6 +22,7 @@ from bem.methods.sharp_crack.zone import Zone, ZoneEquations, tractions_and_slop
 from bem.tractions import Law, LennardJones, TractionLaw, law_of
 
 _FINITE = 1.0 / 6.0  # share of its relative length by which a zone of constant stress takes more
+_RELAXED, _RELAXED_SHORT = 2.0, 0.8  # the same where the wake relaxes: of Lennard-Jones and others, fitted
 _LONGEST = 0.25  # zone, over the radius, of which the correction makes sense
 _PER_DECADE = 3.5
 _SLOWEST, _FASTEST = 1e-4, 1e3
@@ -253,10 +254,11 @@ def finite_zone(
     `growth` and `share` are those of `bem.methods.sharp_crack.tail`.
     """
     eta = min(max(ZONE_LENGTH * toughness / (tabor * tabor * max(radius, 1e-9)), 1e-12), _LONGEST)
+    relaxed = (1.0 - share) * eta
     if law.tail.strength == 0.0:
-        return 1.0 + _FINITE * eta, 0.0
+        return 1.0 + _FINITE * eta + _RELAXED_SHORT * relaxed, 0.0
     more, force = tail_effects(law.tail, eta, growth, share)
-    return 1.0 + max(more, -0.5), force
+    return 1.0 + max(more, -0.5) + _RELAXED * relaxed, force
 
 
 @kernel
