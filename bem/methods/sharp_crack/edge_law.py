@@ -77,18 +77,12 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
     # Over the elastic value, most of the error of the mesh cancels.
     unit = elastic.far_value**2
 
-    zone, opening = elastic, []
-    for speed in speeds:
-        zone = equations.steady(float(speed), zone, closing=False)
-        opening.append(zone.far_value**2 / unit)
-    for speed in np.geomspace(high, 1e4 * high, 10):
-        zone = equations.steady(float(speed), zone, closing=False)
-    glassy = zone
+    opened = equations.follow(np.append(speeds, np.geomspace(high, 1e4 * high, 10)[1:]), elastic, closing=False)
+    glassy, opening = opened[-1], [zone.far_value**2 / unit for zone in opened[: speeds.size]]
     open_work = np.clip(opening, 1.0, 1.0 / ratio)
 
-    zone, closing, ends, shapes = elastic, [], [], []
-    for speed in speeds:
-        zone = equations.steady(float(speed), zone, closing=True)
+    closing, ends, shapes = [], [], []
+    for speed, zone in zip(speeds, equations.follow(speeds, elastic, closing=True), strict=True):
         closing.append(zone.far_value**2 / unit)
         openings = equations.openings(float(speed), zone)
         end = int(np.flatnonzero(openings[: equations.edge + 1] > _EMPTY * zone.far_value)[0])
@@ -135,8 +129,9 @@ def _snap_in(law: Law) -> tuple[FloatArray, FloatArray]:
     far = float(law.numbers[-1, 0]) if law.tabulated else 1e3
     gaps = np.geomspace(far, law.peak_gap, 2000)[1:-1]
     slopes = -tractions_and_slopes(law, gaps)[1]
-    length = slopes / np.maximum(-np.gradient(slopes, gaps), 1e-3 * slopes + 1e-300)
-    softness = 1.0 / (_SNAP_IN * np.maximum(slopes, 1e-300) * np.sqrt(length))
+    slopes = np.maximum(slopes, 1e-30)
+    length = slopes / np.maximum(-np.gradient(slopes, gaps), 1e-3 * slopes)
+    softness = 1.0 / (_SNAP_IN * slopes * np.sqrt(length))
     first = np.flatnonzero(softness < 1e12)[0]
     log_softness = np.log(np.minimum.accumulate(softness[first:]))[::-1]
     keep = np.append(True, np.diff(log_softness) > 0.0)

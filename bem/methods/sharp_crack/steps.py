@@ -32,7 +32,7 @@ from bem.methods.sharp_crack.far_field import HeldStep, Relaxation, held_step, h
 from bem.methods.sharp_crack.tail import strain_ahead
 
 _LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
-_GROWTH = 1.6  # of the travel that is tried
+_GROWTH = 2.5  # of the travel that is tried
 _HALVINGS = 45
 _MARK = 0.2  # of the zone's length, between the places from which the speed of a closing edge is measured
 _FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew

@@ -27,11 +27,13 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.tractions import Law, slope_at, traction_at
+from bem.tractions import PEAK_TRACTION, Law, slope_at, traction_at
 from bem.tractions.pressed import LARGEST_TENSION, pressed_below, pressed_gap_of
 
 _FINEST, _RATIO, _END = 0.02, 1.18, 600.0  # spacing at the edge, ratio of neighbouring spacings, last node
+_PER_FALL, _FALL_ENDS = 0.5, 3.0  # spacing over the range of the steepest fall; where it is over
 _MOST_ITERATIONS = 60
+_MOST_MIDDLES = 5  # of the speed, between that of a zone and the one sought
 
 
 class ZoneError(ArithmeticError):
@@ -45,14 +47,24 @@ class Zone(NamedTuple):
     far_value: float
 
 
-def zone_nodes() -> FloatArray:
-    """Nodes z (n,), dense at the edge, zero among them."""
+def zone_nodes(law: Law) -> FloatArray:
+    """Nodes z (n,), dense at the edge, zero among them; outside as dense as the fall of the traction needs."""
+    gaps = np.linspace(law.peak_gap, law.peak_gap + _FALL_ENDS, 2000)
+    steepest = -float(tractions_and_slopes(law, gaps)[1].min())
+    fall = _PER_FALL * PEAK_TRACTION / steepest
+    inside, outside = _half_of_nodes(np.inf), _half_of_nodes(fall)
+    return np.concatenate([-inside[:0:-1], outside])
+
+
+def _half_of_nodes(widest_in_fall: float) -> FloatArray:
     z, spacing = [0.0], _FINEST
     while z[-1] < _END:
         z.append(z[-1] + spacing)
         widest = (_RATIO - 1.0) * 1.5 * z[-1] + _FINEST
         spacing = max(_FINEST, min(spacing * _RATIO, widest)) if z[-1] > 0.15 else _FINEST
-    return np.concatenate([-np.array(z)[:0:-1], z])
+        if z[-1] < _FALL_ENDS:
+            spacing = min(spacing, widest_in_fall)
+    return np.array(z)
 
 
 class ZoneEquations:
@@ -67,7 +79,7 @@ class ZoneEquations:
     def __init__(self, law: Law, strengths: FloatArray, times: FloatArray) -> None:
         self.law, self.strengths, self.times = law, strengths, times
         self.ratio = 1.0 - float(strengths.sum())
-        self.z = zone_nodes()
+        self.z = zone_nodes(law)
         self.edge = int(np.argmin(np.abs(self.z)))
         self._attraction = _half_derivative(self.z)
         if not law.tabulated:  # Lennard-Jones falls as z^-3/2 beyond the last node
@@ -96,6 +108,25 @@ class ZoneEquations:
         """The zone of an edge that moves at a constant `speed`, from that of a similar one."""
         matrix = self._opening @ self._memory(speed, closing) @ self._attraction
         return self._solve(matrix, self._opening.sum(axis=1), 0.0, guess, 1e-6)
+
+    def follow(self, speeds: FloatArray, zone: Zone, *, closing: bool) -> list[Zone]:
+        """The zones at rising `speeds` (v,), by steps that are halved where Newton's method fails."""
+        zones, before = [], float(speeds[0]) / 10.0
+        for speed in speeds.tolist():
+            zone = self._stepped(before, speed, zone, closing, _MOST_MIDDLES)
+            zones.append(zone)
+            before = speed
+        return zones
+
+    def _stepped(self, before: float, speed: float, zone: Zone, closing: bool, middles: int) -> Zone:
+        try:
+            return self.steady(speed, zone, closing=closing)
+        except ZoneError:
+            if not middles:
+                raise
+        middle = float(np.sqrt(before * speed))
+        zone = self._stepped(before, middle, zone, closing, middles - 1)
+        return self._stepped(middle, speed, zone, closing, middles - 1)
 
     def glassy(self, wake: FloatArray, guess: Zone) -> Zone:
         """The zone of an edge that opens at once through strains `wake` (n,), which only add to the opening."""
