@@ -18,7 +18,7 @@ from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.materials import Material
 from bem.methods.sharp_crack.tail import ZONE_LENGTH, Tail, tail_effects, tail_of
-from bem.methods.sharp_crack.zone import Zone, ZoneEquations, tractions_and_slopes
+from bem.methods.sharp_crack.zone import RUN_OFFSET, Zone, ZoneEquations, tractions_and_slopes
 from bem.tractions import Law, LennardJones, TractionLaw, law_of
 
 _FINITE = 1.0 / 6.0  # share of its relative length by which a zone of constant stress takes more
@@ -28,7 +28,6 @@ _PER_DECADE = 3.5
 _SLOWEST, _FASTEST = 1e-4, 1e3
 _RESTED = (0.9, 0.7, 0.5, 0.3, 0.12, 0.03)  # shares of its strain that a zone has, which closed at the speeds tabulated
 _RUNS = 12
-_RUN_OFFSET = 0.01  # of the logarithmic scale of runs
 _SNAP_IN = 2.641**3.5 / 4.0
 _EMPTY = 0.02  # opening, over the far value, at the inner end of a zone
 
@@ -112,7 +111,7 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
         close_work,
         (1.0 - total) / ratio,
         strains,
-        np.log(runs[::-1] + _RUN_OFFSET),
+        np.log(runs[::-1] + RUN_OFFSET),
         np.log(np.append(speeds[chosen[0]] / 100.0, speeds[chosen])),
         left,
         np.array(started),
@@ -142,9 +141,7 @@ def _started(equations: ZoneEquations, glassy: Zone, wake: FloatArray, left: Flo
     """Toughness (u, r) for strains (u,) that were left and runs (r,), the longest first; returned the shortest first."""
     toughness = np.empty((left.size, runs.size))
     for row, strain in zip(toughness, left, strict=True):
-        zone = glassy
-        for j, run in enumerate(runs):
-            zone = equations.glassy(strain * np.interp(equations.z - run, equations.z, wake), zone)
+        for j, zone in enumerate(equations.started(float(strain), wake, runs, glassy)):
             row[j] = max(zone.far_value, 0.0) ** 2 / (equations.ratio * glassy.far_value**2)
     return toughness[:, ::-1]
 
@@ -221,7 +218,7 @@ def started_toughness(law: EdgeLaw, run: float, strain: float, closed: float) ->
         strain: by which the strain drops at the place of rest, over sqrt(a / 2).
         closed: speed at which the zone closed, 0 if it relaxed at rest.
     """
-    scale, log_run = law.log_closed, np.log(max(run, 0.0) + _RUN_OFFSET)
+    scale, log_run = law.log_closed, np.log(max(run, 0.0) + RUN_OFFSET)
     if log_run >= law.log_run[law.log_run.size - 1]:
         return 1.0 / law.ratio
     log_closed, row = min(max(_logarithm(closed), scale[0]), scale[scale.size - 1]), 0

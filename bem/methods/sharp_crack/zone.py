@@ -21,6 +21,7 @@ and Greenwood, J. Phys. D 37 (2004) 2557, both edges; Barthel and Haiat, Langmui
 Barthel, J. Mech. Phys. Solids 51 (2003) 69, the transforms.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +33,10 @@ from bem.tractions.pressed import LARGEST_TENSION, pressed_below, pressed_gap_of
 
 _FINEST, _RATIO, _END = 0.02, 1.18, 600.0  # spacing at the edge, ratio of neighbouring spacings, last node
 _PER_FALL, _FALL_ENDS = 0.5, 3.0  # spacing over the range of the steepest fall; where it is over
-_MOST_ITERATIONS = 60
-_MOST_MIDDLES = 5  # of the speed, between that of a zone and the one sought
+_MOST_ITERATIONS, _FREE_ITERATIONS = 60, 20
+_MOST_MIDDLES = 5  # halvings of the way from a zone to one that is sought
+RUN_OFFSET = 0.01
+"""Of the logarithmic scale of runs, in beta / mu^2."""
 
 
 class ZoneError(ArithmeticError):
@@ -110,23 +113,18 @@ class ZoneEquations:
         return self._solve(matrix, self._opening.sum(axis=1), 0.0, guess, 1e-6)
 
     def follow(self, speeds: FloatArray, zone: Zone, *, closing: bool) -> list[Zone]:
-        """The zones at rising `speeds` (v,), by steps that are halved where Newton's method fails."""
-        zones, before = [], float(speeds[0]) / 10.0
-        for speed in speeds.tolist():
-            zone = self._stepped(before, speed, zone, closing, _MOST_MIDDLES)
-            zones.append(zone)
-            before = speed
-        return zones
+        """The zones at rising `speeds` (v,), from that at rest."""
+        scale = np.log(speeds)
+        return _followed(lambda x, guess: self.steady(np.exp(x), guess, closing=closing), scale[0] - 2.0, scale, zone)
 
-    def _stepped(self, before: float, speed: float, zone: Zone, closing: bool, middles: int) -> Zone:
-        try:
-            return self.steady(speed, zone, closing=closing)
-        except ZoneError:
-            if not middles:
-                raise
-        middle = float(np.sqrt(before * speed))
-        zone = self._stepped(before, middle, zone, closing, middles - 1)
-        return self._stepped(middle, speed, zone, closing, middles - 1)
+    def started(self, strain: float, wake: FloatArray, runs: FloatArray, zone: Zone) -> list[Zone]:
+        """The zones of an edge that opens at once after falling `runs` (r,) from strains `strain` * `wake` (n,)."""
+        scale = -np.log(runs + RUN_OFFSET)
+
+        def solve(x: float, guess: Zone) -> Zone:
+            return self.glassy(strain * np.interp(self.z + RUN_OFFSET - np.exp(-x), self.z, wake), guess)
+
+        return _followed(solve, scale[0] - 2.0, scale, zone)
 
     def glassy(self, wake: FloatArray, guess: Zone) -> Zone:
         """The zone of an edge that opens at once through strains `wake` (n,), which only add to the opening."""
@@ -172,7 +170,7 @@ class ZoneEquations:
         Where the surfaces press on each other the traction is what a step changes.
         """
         law, count, edge, (gaps, far_value) = self.law, self.z.size, self.edge, zone
-        for _ in range(_MOST_ITERATIONS):
+        for iteration in range(_MOST_ITERATIONS):
             traction, slope = tractions_and_slopes(law, gaps)
             misfit = np.append(gaps - 1.0 - far_value * far + matrix @ traction - wake, gaps[edge] - law.peak_gap)
             jacobian = np.zeros((count + 1, count + 1))
@@ -182,14 +180,33 @@ class ZoneEquations:
             change = np.linalg.solve(jacobian, -misfit)
             step, pressed = change[:count], gaps < pressed_below(law)
             limits = np.where(pressed, np.abs(slope * step) / 2.0, np.abs(step) / (0.3 * gaps))
-            part = min(1.0, 1.0 / max(float(limits.max()), 1e-300))
+            longest = 1.0 if iteration < _FREE_ITERATIONS else 0.4  # where the iteration goes to and fro
+            part = min(longest, 1.0 / max(float(limits.max()), 1e-300))
             new = gaps + part * step
             wanted = np.minimum(traction + part * slope * step, LARGEST_TENSION)
             _press(law, pressed, wanted, gaps, new)
             gaps, far_value = new, far_value + part * float(change[count])
-            if part == 1.0 and np.abs(step / gaps).max() < tolerance:
+            if part == longest and np.abs(step / gaps).max() < tolerance:
                 return Zone(gaps, far_value)
         raise ZoneError("no process zone found")
+
+
+def _followed(
+    solve: Callable[[float, Zone], Zone], before: float, places: FloatArray, zone: Zone, middles: int = _MOST_MIDDLES
+) -> list[Zone]:
+    """The zones at rising `places` (p,), from a zone `before` them, by steps that are halved where `solve` fails."""
+    zones = []
+    for place in places.tolist():
+        try:
+            zone = solve(place, zone)
+        except ZoneError:
+            if not middles:
+                raise
+            between = np.array([0.5 * (before + place), place])
+            zone = _followed(solve, before, between, zone, middles - 1)[-1]
+        zones.append(zone)
+        before = place
+    return zones
 
 
 def _half_derivative(z: FloatArray) -> FloatArray:
