@@ -38,7 +38,7 @@ _MARK = 0.2  # of the zone's length, between the places from which the speed of 
 _FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew
 _NEW_ZONE = 1e3  # lengths of zone from the place of rest, after which its closing speed is forgotten
 _AROUND = 0.3  # of the radius, at which the gap is around the contact
-_PROFILE = 12  # points behind a closing edge, within the last spacing of nodes
+_CELLS, _PROFILE = 4, 12  # between nodes behind a closing edge, where g is interpolated by that of a steady one; points
 
 
 class Contact(NamedTuple):
@@ -73,6 +73,7 @@ class State(NamedTuple):
     inner: np.ndarray  # (m,) just inside of the edge
     outer: np.ndarray  # (m,) just outside
     rest: np.ndarray  # (m,) outside of the place of rest
+    weights: np.ndarray  # (c,) of the outer of two values of g in their mean, in the cells next to the edge
 
 
 class _Opening(NamedTuple):
@@ -98,7 +99,7 @@ def new_state(nodes: int, terms: int, time: float, depth: float) -> State:
     mark = (0.0, time)
     return State(
         time, depth, 0.0, 0.0, 0.0, 0.0, time, time, 0.0, mark, mark,
-        np.zeros((nodes, terms)), np.full(nodes, time), np.zeros(terms), np.zeros(terms), np.zeros(terms),
+        np.zeros((nodes, terms)), np.full(nodes, time), np.zeros(terms), np.zeros(terms), np.zeros(terms), np.full(_CELLS, 0.5),
     )  # fmt: skip
 
 
@@ -302,20 +303,15 @@ def _open(contact: Contact, old: State, time: float, depth: float, new: State, c
 @kernel
 def _close(
     contact: Contact, old: State, time: float, depth: float, new: State, count: int, radius: float, speed: float
-) -> float:
-    """Strains where the edge closes up to `radius`, into the arrays of `new`; returns the force beyond the last node.
-
-    Behind the edge, within the last spacing of nodes, the strains grow from those outside as y is held.
-    """
+) -> None:
+    """Strains where the edge closes up to `radius`, into the arrays of `new`."""
     radii, relaxation, dt, edge, law = contact.radii, contact.relaxation, time - old.time, old.radius, contact.law
     ratio, between, ahead = relaxation.ratio, contact.work[1], contact.work[2]
     for i in range(ahead.size):
         ahead[i] = _outside(contact, new, count, edge, radius, i)
-    last = edge
     for j in range(count, radii.size):
         if radii[j] >= radius:
             break
-        last = radii[j]
         met = min(max((radii[j] - edge) / (radius - edge), 0.0), 1.0) * dt
         release(relaxation, old.strains[j], met, between)
         held_step(relaxation, dt - met, contact.part)
@@ -323,26 +319,37 @@ def _close(
         hold(contact.part, between, then, surface(radii[j], depth), new.strains[j])
         contact.pulls[j] = (surface(radii[j], depth) - _total(new.strains[j])) / ratio
         new.births[j] = old.time + met
-    last = max(last, radii[nodes_inside(radii, radius) - 1])
     far = max(surface(radius, depth) - _total(ahead), 0.0)
     log_speed = np.log(max(speed * contact.tabor**2, 1e-300))
     for i in range(ahead.size):
         new.outer[i] = ahead[i]
         new.inner[i] = ahead[i] + far * interpolated(law.log_speed, law.strains[:, i], log_speed)
-    value, width, force = far / ratio, radius - last, 0.0
-    held = far + _total(ahead)
-    before, pull_before = 0.0, value
-    for i in range(_PROFILE):
-        behind = width * 1e-4 ** (1.0 - i / (_PROFILE - 1.0))
-        held_step(relaxation, behind / speed, contact.part)
-        hold(contact.part, ahead, held, held, between)
-        pull = (held - _total(between)) / ratio
-        force += 0.5 * (pull + pull_before) * (behind - before)
-        before, pull_before = behind, pull
-    if last > radii[nodes_inside(radii, radius) - 1]:  # up to the edge before
-        node = nodes_inside(radii, radius) - 1
-        force += 0.5 * (pull_before + contact.pulls[node]) * (last - radii[node])
-    return force
+    _weigh(contact, radius - radii[nodes_inside(radii, radius) - 1], speed, far, new.weights)
+
+
+@kernel
+def _weigh(contact: Contact, width: float, speed: float, far: float, weights: np.ndarray) -> None:
+    """Weights (c,) of the outer value of g in its mean over each cell behind an edge that closes at a speed.
+
+    Behind it the strains grow from those outside, as y is held; `width` is that of the first cell.
+    """
+    relaxation, spacing, between = contact.relaxation, contact.radii[1], contact.work[1]
+    none = contact.work[2]
+    none[:] = 0.0
+    distance, pull, near = 0.0, far, 0.0
+    for cell in range(weights.size):
+        end = width + cell * spacing
+        outer, total, begin = pull, 0.0, distance
+        for i in range(1, _PROFILE + 1):
+            part = i / _PROFILE
+            behind = end * 1e-4 ** (1.0 - part) if cell == 0 else begin + part * (end - begin)
+            held_step(relaxation, behind / speed, contact.part)
+            hold(contact.part, none, far, far, between)
+            before, pull = pull, far - _total(between)
+            total += 0.5 * (pull + before) * (behind - distance)
+            distance = behind
+        near = (total / max(end - begin, 1e-300) - pull) / max(outer - pull, 1e-9 * far + 1e-300)
+        weights[cell] = near if 0.0 < near < 0.5 and outer - pull > 1e-3 * far else 0.5
 
 
 @kernel
@@ -352,7 +359,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     ratio = contact.relaxation.ratio
     count = _relaxed(contact, old, time, depth, new)
     radius, bonded, closed, rest_radius = edge, old.bonded, old.closed, old.rest_radius
-    mark, next_mark, rim = old.mark, old.next_mark, -1.0
+    mark, next_mark = old.mark, old.next_mark
     pull = (surface(edge, depth) - _total(new.inner)) / ratio if edge > 0.0 else 0.0
     strain = (_total(new.inner) - _total(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
     growth = _growth(contact, edge, pull, count)
@@ -375,7 +382,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         if radius > edge:
             place, instant = mark
             speed = (radius - place) / (time - instant)
-            rim = _close(contact, old, time, depth, new, count, radius, speed)
+            _close(contact, old, time, depth, new, count, radius, speed)
             closed = speed * unit
             bonded = time - ZONE_LENGTH * closing_toughness(law, closed) / max(closed, 1e-300)
             if (radius - next_mark[0]) * unit > _MARK * ZONE_LENGTH * closing_toughness(law, closed):
@@ -385,12 +392,16 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         for i in range(new.rest.size):
             new.rest[i] = new.outer[i]
     left_rest = time if radius >= edge else old.left_rest
+    if radius <= edge:
+        stays = nodes_inside(radii, radius) == count
+        for i in range(new.weights.size):
+            new.weights[i] = old.weights[i] if stays else 0.5
     force, zone = 0.0, 0.0
     if radius > 0.0:
-        force, zone = _force_and_zone(contact, new, radius, depth, rim, 0.0 if rest_radius == radius else growth, around)
+        force, zone = _force_and_zone(contact, new, radius, depth, 0.0 if rest_radius == radius else growth, around)
     return State(
         time, depth, force, radius, zone, rest_radius, left_rest, bonded, closed, mark, next_mark,
-        new.strains, new.births, new.inner, new.outer, new.rest,
+        new.strains, new.births, new.inner, new.outer, new.rest, new.weights,
     )  # fmt: skip
 
 
@@ -408,19 +419,18 @@ def snap_in(contact: Contact, new: State, rate: float) -> float:
 
 @kernel
 def _force_and_zone(
-    contact: Contact, new: State, radius: float, depth: float, rim: float, growth: float, around: float
+    contact: Contact, new: State, radius: float, depth: float, growth: float, around: float
 ) -> tuple[float, float]:
-    """Force, and length of the zone over the radius.
-
-    `rim` is the force beyond the last node, or -1; `growth` that of the opening, 0 for an edge that does not open.
+    """Force, and length of the zone over the radius; `growth` is that of the opening, 0 for an edge that does not open.
     """
     radii, pulls = contact.radii, contact.pulls
     count = nodes_inside(radii, radius)
     pull = (surface(radius, depth) - _total(new.inner)) / contact.relaxation.ratio
-    total = 0.0
-    for j in range(1, count):
-        total += 0.5 * (pulls[j - 1] + pulls[j]) * radii[1]
-    total += rim if rim >= 0.0 else 0.5 * (pulls[count - 1] + pull) * (radius - radii[count - 1])
+    total, weights = 0.0, new.weights
+    for j in range(1, count + 1):
+        outer, width = (pulls[j], radii[1]) if j < count else (pull, radius - radii[count - 1])
+        weight = weights[count - j] if count - j < weights.size else 0.5
+        total += (weight * outer + (1.0 - weight) * pulls[j - 1]) * width
     toughness = 2.0 * pull * pull / (np.pi * radius)
     wake = _wake_share(radius, pull, surface(radius, depth) - around)
     if growth == 0.0:

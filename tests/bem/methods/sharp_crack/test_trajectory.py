@@ -56,9 +56,10 @@ def test_the_error_falls_with_the_tabor_parameter():
 def test_dwells_have_no_ripple():
     records = march(Scene(300.0, SOLID), path([0.0, 5.0, 8.0], [START, 3.0, 3.0], 300.0)).result.records
     dwell = records[records["time"] > 5.01]
-    log_time = np.log(dwell["time"] - 5.0)
-    smooth = np.polyval(np.polyfit(log_time, dwell["force"], 8), log_time)
-    assert np.abs(dwell["force"] / smooth - 1.0).max() < 2e-3
+    log_time, force = np.log(dwell["time"] - 5.0), dwell["force"]
+    between = np.diff(log_time)[:-1] / (log_time[2:] - log_time[:-2])
+    smooth = force[:-2] + between * (force[2:] - force[:-2])
+    assert np.abs(force[1:-1] / smooth - 1.0).max() < 2e-3
     assert np.all(np.diff(dwell["contact_radius"]) >= 0.0)
 
 
