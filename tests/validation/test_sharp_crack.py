@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Exponential, LennardJones, PiecewiseLinearProtocol, PronySeries, Scene
-from bem import StandardLinearSolid, simulate
+from bem import (
+    ConstantStress,
+    Exponential,
+    LennardJones,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
 from bem.methods.sharp_crack import march
 from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale

@@ -137,8 +137,10 @@ def _snap_in(law: Law) -> tuple[FloatArray, FloatArray]:
     return log_softness[keep], np.log(gaps[first:])[::-1][keep]
 
 
-def _started(equations: ZoneEquations, glassy: Zone, wake: FloatArray, left: FloatArray, runs: FloatArray) -> FloatArray:
-    """Toughness (u, r) for strains (u,) that were left and runs (r,), the longest first; returned the shortest first."""
+def _started(
+    equations: ZoneEquations, glassy: Zone, wake: FloatArray, left: FloatArray, runs: FloatArray
+) -> FloatArray:
+    """Toughness (u, r) for strains (u,) that were left and falling runs (r,), in the order of rising ones."""
     toughness = np.empty((left.size, runs.size))
     for row, strain in zip(toughness, left, strict=True):
         for j, zone in enumerate(equations.started(float(strain), wake, runs, glassy)):
@@ -170,14 +172,8 @@ def _logarithm(value: float) -> float:
 
 
 @kernel
-def opening_toughness(law: EdgeLaw, speed: float) -> float:
-    """Toughness of an edge that opens steadily."""
-    return interpolated(law.log_speed, law.opening, _logarithm(speed))
-
-
-@kernel
 def aged_toughness(law: EdgeLaw, speed: float, age: float) -> float:
-    """The same at least that of the speed at which the zone passes within the `age` of the bond."""
+    """Toughness of an edge that opens steadily, at least that of a zone that is passed within the `age` of its bond."""
     log_speed = _logarithm(speed)
     transit, log_age = law.log_transit, _logarithm(age)
     if log_age <= transit[0]:
@@ -203,9 +199,7 @@ def closing_toughness(law: EdgeLaw, speed: float) -> float:
 def inner_toughness(law: EdgeLaw, speed: float) -> float:
     """The same with g at the inner end of the zone in place of the far value."""
     log_speed = _logarithm(speed)
-    return (
-        interpolated(law.log_speed, law.closing, log_speed) * interpolated(law.log_speed, law.behind, log_speed) ** 2
-    )
+    return interpolated(law.log_speed, law.closing, log_speed) * interpolated(law.log_speed, law.behind, log_speed) ** 2
 
 
 @kernel
@@ -227,12 +221,19 @@ def started_toughness(law: EdgeLaw, run: float, strain: float, closed: float) ->
     part = (log_closed - scale[row]) / (scale[row + 1] - scale[row])
     total = 0.0
     for neighbour in range(2):
-        weight, left, toughness = part if neighbour else 1.0 - part, law.left[row + neighbour], law.started[row + neighbour]
+        weight, left, toughness = (
+            part if neighbour else 1.0 - part,
+            law.left[row + neighbour],
+            law.started[row + neighbour],
+        )
         i = 0
         while i < left.size - 2 and left[i + 1] <= strain:
             i += 1
         share = min(max((strain - left[i]) / (left[i + 1] - left[i]), 0.0), 1.0)
-        first, last = interpolated(law.log_run, toughness[i], log_run), interpolated(law.log_run, toughness[i + 1], log_run)
+        first, last = (
+            interpolated(law.log_run, toughness[i], log_run),
+            interpolated(law.log_run, toughness[i + 1], log_run),
+        )
         total += weight * ((1.0 - share) * first + share * last)
     return total
 

@@ -98,5 +98,5 @@ def release(relaxation: Relaxation, strains: np.ndarray, dt: float, out: np.ndar
 
 @kernel
 def surface(radius: float, depth: float) -> float:
-    """y in the contact."""
+    """Y in the contact."""
     return 0.5 * (radius * radius - depth)

@@ -8,7 +8,8 @@ Units: as in `bem.methods.sharp_crack.far_field`.
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.sharp_crack.steps import Contact, State, advance, dent
+from bem.methods.sharp_crack.edge import Contact, State
+from bem.methods.sharp_crack.steps import advance, dent
 from bem.solver.records import Records, new_records, with_jump, with_record
 from bem.tractions import Law, tail_force_at
 

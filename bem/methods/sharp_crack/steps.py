@@ -1,9 +1,5 @@
 """One step of a contact whose edge is a sharp crack.
 
-At the edge a, with the speed V = mu^2 |da/dt| and the far strains sum e on the side from which the edge comes,
-
-    opening   2 g(a)^2 / (pi a) = toughness,        closing   2 (y(a) - sum e)^2 / (pi a) = toughness.
-
 A step lets the strains relax with the edge at its place. Where the edge then is pulled by more than its toughness it
 opens up to the first radius at which it is not, else it closes outwards as far as it can. The nodes that it passes get
 the strains of their own instants.
@@ -11,236 +7,36 @@ the strains of their own instants.
 Units: as in `bem.methods.sharp_crack.far_field`. Sources: see `bem.methods.sharp_crack.zone`.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bem._support.jit import kernel
+from bem.methods.sharp_crack.edge import (
+    Contact,
+    Opening,
+    State,
+    closed_radius,
+    excess,
+    nodes_inside,
+    opened_radius,
+    strain_outside,
+    total_of,
+    wake_share,
+)
 from bem.methods.sharp_crack.edge_law import (
     ZONE_LENGTH,
-    EdgeLaw,
     aged_toughness,
     closing_toughness,
     finite_zone,
-    inner_toughness,
     interpolated,
-    opening_toughness,
     snap_in_depth,
-    started_toughness,
 )
-from bem.methods.sharp_crack.far_field import HeldStep, Relaxation, held_step, hold, release, surface
-from bem.methods.sharp_crack.tail import strain_ahead
+from bem.methods.sharp_crack.far_field import held_step, hold, release, surface
 
-_LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
-_GROWTH = 2.5  # of the travel that is tried
-_HALVINGS = 45
 _MARK = 0.2  # of the zone's length, between the places from which the speed of a closing edge is measured
 _FORGOTTEN = 20.0  # lengths of the glassy zone from the place of rest, after which an edge that stops rests anew
 _NEW_ZONE = 1e3  # lengths of zone from the place of rest, after which its closing speed is forgotten
 _AROUND = 0.3  # of the radius, at which the gap is around the contact
-_CELLS, _PROFILE = 4, 12  # between nodes behind a closing edge, where g is interpolated by that of a steady one; points
-
-
-class Contact(NamedTuple):
-    """What does not change during a history."""
-
-    tabor: float
-    law: EdgeLaw
-    relaxation: Relaxation
-    radii: np.ndarray  # (n,) nodes from 0, at one spacing
-    pulls: np.ndarray  # (n,) scratch: g at the nodes
-    step: HeldStep  # scratch: of all nodes
-    part: HeldStep  # scratch: of one node
-    work: np.ndarray  # (4, m) scratch
-
-
-class State(NamedTuple):
-    """The contact at one instant; strains are those of the m terms."""
-
-    time: float
-    depth: float
-    force: float
-    radius: float  # of the edge, 0 without contact
-    zone: float  # length of the process zone, over the radius
-    rest_radius: float  # where the edge last rested
-    left_rest: float  # when it left that place, opening
-    bonded: float  # when the surfaces at the edge met
-    closed: float  # speed V at which the zone at rest closed, 0 if it has relaxed
-    mark: tuple[float, float]  # place and instant from which the speed of a closing edge is measured
-    next_mark: tuple[float, float]
-    strains: np.ndarray  # (n, m) at the nodes
-    births: np.ndarray  # (n,): when the surfaces met
-    inner: np.ndarray  # (m,) just inside of the edge
-    outer: np.ndarray  # (m,) just outside
-    rest: np.ndarray  # (m,) outside of the place of rest
-    weights: np.ndarray  # (c,) of the outer of two values of g in their mean, in the cells next to the edge
-
-
-class _Opening(NamedTuple):
-    """An edge that is to open."""
-
-    depth: float
-    radius: float  # of the edge before
-    pull: float  # g there
-    count: int  # nodes in the contact
-    dt: float
-    age: float  # since it left its rest
-    rest_radius: float
-    strain: float  # left at the place of rest, over sqrt(a / 2)
-    closed: float
-    bond: float  # age of the bond
-    growth: float  # relative, of the opening over the radius
-    around: float  # strain around the contact
-
-
-@kernel
-def new_state(nodes: int, terms: int, time: float, depth: float) -> State:
-    """Separate surfaces without memory."""
-    mark = (0.0, time)
-    return State(
-        time, depth, 0.0, 0.0, 0.0, 0.0, time, time, 0.0, mark, mark,
-        np.zeros((nodes, terms)), np.full(nodes, time), np.zeros(terms), np.zeros(terms), np.zeros(terms), np.full(_CELLS, 0.5),
-    )  # fmt: skip
-
-
-@kernel
-def nodes_inside(radii: np.ndarray, radius: float) -> int:
-    """Number of nodes (n,) at less than a radius."""
-    count = min(int(radius / radii[1]) + 1, radii.size)
-    while count > 0 and radii[count - 1] >= radius:
-        count -= 1
-    return count
-
-
-@kernel
-def _total(values: np.ndarray) -> float:
-    total = 0.0
-    for i in range(values.size):
-        total += values[i]
-    return total
-
-
-@kernel
-def _pull_at(contact: Contact, opening: _Opening, radius: float) -> float:
-    """g at a radius up to the edge."""
-    radii, pulls = contact.radii, contact.pulls
-    low = max(min(int(radius / radii[1]), opening.count - 1), 0)
-    last = low == opening.count - 1
-    right, end = (opening.radius, opening.pull) if last else (radii[low + 1], pulls[low + 1])
-    part = (radius - radii[low]) / max(right - radii[low], 1e-300)
-    return pulls[low] + part * (end - pulls[low])
-
-
-@kernel
-def _excess(contact: Contact, opening: _Opening, radius: float) -> float:
-    """By how much the edge is pulled more than it takes, if it opens up to a radius in this step."""
-    law, unit = contact.law, contact.tabor * contact.tabor
-    k = law.ratio
-    pull = max(_pull_at(contact, opening, radius), 0.0)
-    speed = (opening.radius - radius) * unit / opening.dt
-    moved = 1.0 / aged_toughness(law, speed, opening.age) - k
-    started = 1.0 / started_toughness(law, (opening.rest_radius - radius) * unit, opening.strain, opening.closed) - k
-    toughness = 1.0 / (k + moved + started - moved * started / (1.0 - k))
-    toughness = min(toughness, aged_toughness(law, speed, opening.bond))
-    wake = _wake_share(radius, pull, surface(radius, opening.depth) - opening.around)
-    factor = finite_zone(law, toughness, radius, contact.tabor, opening.growth, wake)[0]
-    return 2.0 * pull * pull / (np.pi * max(radius, 1e-12)) - toughness * factor
-
-
-@kernel
-def _opened_radius(contact: Contact, opening: _Opening) -> float:
-    """First radius going inwards at which the edge is held; 0 if there is none."""
-    held, travel = opening.radius, _LEAST_TRAVEL
-    while travel < 1.0:
-        radius = opening.radius * (1.0 - travel)
-        if _excess(contact, opening, radius) <= 0.0:
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (held + radius)
-                if _excess(contact, opening, middle) <= 0.0:
-                    radius = middle
-                else:
-                    held = middle
-                if held - radius <= 1e-3 * (opening.radius - radius):
-                    break
-            return 0.5 * (held + radius)
-        held, travel = radius, travel * _GROWTH
-    return 0.0
-
-
-@kernel
-def _outside(contact: Contact, new: State, first: int, edge: float, radius: float, term: int) -> float:
-    """Strain of a term outside of the edge, at a radius; from the `first` node on the strains are those of nodes."""
-    radii = contact.radii
-    low = min(int(radius / radii[1]), radii.size - 2)
-    right = new.strains[low + 1, term]
-    left_place, left = (radii[low], new.strains[low, term]) if low >= first else (edge, new.outer[term])
-    part = (radius - left_place) / max(radii[low + 1] - left_place, 1e-300)
-    return left + min(part, 1.0) * (right - left)
-
-
-@kernel
-def _resistance(
-    contact: Contact, new: State, first: int, edge: float, mark: tuple, radius: float, time: float, depth: float
-) -> float:
-    """By how much the surfaces lie too far apart to close up to a radius in this step."""
-    law = contact.law
-    far = surface(radius, depth)
-    for i in range(law.times.size):
-        far -= _outside(contact, new, first, edge, radius, i)
-    far = max(far, 0.0)
-    place, instant = mark
-    speed = (radius - place) * contact.tabor**2 / max(time - instant, 1e-300)
-    growth = radius * radius / max(far, 1e-300)
-    factor = finite_zone(law, inner_toughness(law, speed), radius, contact.tabor, growth, 1.0)[0]
-    if law.tail.strength > 0.0 and speed > 0.0 and far > 0.0:
-        toughness = closing_toughness(law, speed)
-        balanced = np.sqrt(0.5 * np.pi * radius * toughness)
-        factor = 1.0 + (factor - 1.0) * law.ratio * np.sqrt(inner_toughness(law, speed) / toughness)
-        for i in range(law.times.size):
-            reach = speed * law.times[i] / contact.tabor**2
-            factor += law.strengths[i] * strain_ahead(law.tail, balanced, radius, contact.tabor, reach)
-        factor = max(factor, 0.3)
-    return 2.0 * far * far / (np.pi * radius) - closing_toughness(law, speed) * factor
-
-
-@kernel
-def _closed_radius(
-    contact: Contact, new: State, first: int, edge: float, mark: tuple, time: float, depth: float
-) -> float:
-    """Radius up to which the edge closes; that of the edge if it does not."""
-    largest = contact.radii[-1]
-    held, travel = max(edge, 1e-6), _LEAST_TRAVEL
-    if edge == 0.0:  # beyond the barrier of nucleation
-        held, free = largest, largest
-        for i in range(1, 200):
-            free = largest * (1.0 - i / 200.0)
-            if _resistance(contact, new, first, edge, mark, free, time, depth) < 0.0:
-                break
-            held = free
-        else:
-            return 0.0
-        if held == largest:
-            return held
-    else:
-        if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
-            return edge
-        free = held
-        while True:
-            held = min(edge * (1.0 + travel), largest)
-            if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
-                break
-            if held == largest:
-                return held
-            free, travel = held, travel * _GROWTH
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (held + free)
-        if _resistance(contact, new, first, edge, mark, middle, time, depth) < 0.0:
-            free = middle
-        else:
-            held = middle
-        if held - free <= 1e-3 * max(held - edge, 1e-12):
-            break
-    return 0.5 * (held + free)
+_PROFILE = 12  # points of the profile of g within such a cell
 
 
 @kernel
@@ -254,7 +50,7 @@ def _relaxed(contact: Contact, old: State, time: float, depth: float, new: State
     for j in range(count):
         after = surface(radii[j], depth)
         hold(contact.step, old.strains[j], surface(radii[j], old.depth), after, new.strains[j])
-        contact.pulls[j] = (after - _total(new.strains[j])) / relaxation.ratio
+        contact.pulls[j] = (after - total_of(new.strains[j])) / relaxation.ratio
     for j in range(count, radii.size):
         for i in range(terms):
             new.strains[j, i] = old.strains[j, i] * decay[i]
@@ -308,7 +104,7 @@ def _close(
     radii, relaxation, dt, edge, law = contact.radii, contact.relaxation, time - old.time, old.radius, contact.law
     ratio, between, ahead = relaxation.ratio, contact.work[1], contact.work[2]
     for i in range(ahead.size):
-        ahead[i] = _outside(contact, new, count, edge, radius, i)
+        ahead[i] = strain_outside(contact, new, count, edge, radius, i)
     for j in range(count, radii.size):
         if radii[j] >= radius:
             break
@@ -317,9 +113,9 @@ def _close(
         held_step(relaxation, dt - met, contact.part)
         then = surface(radii[j], old.depth + met / dt * (depth - old.depth))
         hold(contact.part, between, then, surface(radii[j], depth), new.strains[j])
-        contact.pulls[j] = (surface(radii[j], depth) - _total(new.strains[j])) / ratio
+        contact.pulls[j] = (surface(radii[j], depth) - total_of(new.strains[j])) / ratio
         new.births[j] = old.time + met
-    far = max(surface(radius, depth) - _total(ahead), 0.0)
+    far = max(surface(radius, depth) - total_of(ahead), 0.0)
     log_speed = np.log(max(speed * contact.tabor**2, 1e-300))
     for i in range(ahead.size):
         new.outer[i] = ahead[i]
@@ -345,7 +141,7 @@ def _weigh(contact: Contact, width: float, speed: float, far: float, weights: np
             behind = end * 1e-4 ** (1.0 - part) if cell == 0 else begin + part * (end - begin)
             held_step(relaxation, behind / speed, contact.part)
             hold(contact.part, none, far, far, between)
-            before, pull = pull, far - _total(between)
+            before, pull = pull, far - total_of(between)
             total += 0.5 * (pull + before) * (behind - distance)
             distance = behind
         near = (total / max(end - begin, 1e-300) - pull) / max(outer - pull, 1e-9 * far + 1e-300)
@@ -360,17 +156,28 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     count = _relaxed(contact, old, time, depth, new)
     radius, bonded, closed, rest_radius = edge, old.bonded, old.closed, old.rest_radius
     mark, next_mark = old.mark, old.next_mark
-    pull = (surface(edge, depth) - _total(new.inner)) / ratio if edge > 0.0 else 0.0
-    strain = (_total(new.inner) - _total(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
+    pull = (surface(edge, depth) - total_of(new.inner)) / ratio if edge > 0.0 else 0.0
+    strain = (total_of(new.inner) - total_of(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
     growth = _growth(contact, edge, pull, count)
     around = 0.0
     for i in range(new.outer.size):
-        around += _outside(contact, new, count, edge, min((1.0 + _AROUND) * edge, radii[-1]), i)
-    opening = _Opening(
-        depth, edge, pull, count, dt, time - old.left_rest, rest_radius, strain, closed, time - old.bonded, growth, around
+        around += strain_outside(contact, new, count, edge, min((1.0 + _AROUND) * edge, radii[-1]), i)
+    opening = Opening(
+        depth,
+        edge,
+        pull,
+        count,
+        dt,
+        time - old.left_rest,
+        rest_radius,
+        strain,
+        closed,
+        time - old.bonded,
+        growth,
+        around,
     )
-    if edge > 0.0 and pull > 0.0 and _excess(contact, opening, edge) > 0.0:
-        radius = _opened_radius(contact, opening)
+    if edge > 0.0 and pull > 0.0 and excess(contact, opening, edge) > 0.0:
+        radius = opened_radius(contact, opening)
         if (rest_radius - radius) * unit >= _NEW_ZONE * ZONE_LENGTH:
             closed = 0.0
         bonded = _open(contact, old, time, depth, new, count, radius)
@@ -378,7 +185,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
     elif edge > 0.0 or depth >= snap_in(contact, new, (depth - old.depth) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
-        radius = _closed_radius(contact, new, count, edge, mark, time, depth)
+        radius = closed_radius(contact, new, count, edge, mark, time, depth)
         if radius > edge:
             place, instant = mark
             speed = (radius - place) / (time - instant)
@@ -408,7 +215,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
 @kernel
 def dent(state: State) -> float:
     """Depth at which the sphere touches the surface without force."""
-    return -2.0 * _total(state.strains[0])
+    return -2.0 * total_of(state.strains[0])
 
 
 @kernel
@@ -421,28 +228,21 @@ def snap_in(contact: Contact, new: State, rate: float) -> float:
 def _force_and_zone(
     contact: Contact, new: State, radius: float, depth: float, growth: float, around: float
 ) -> tuple[float, float]:
-    """Force, and length of the zone over the radius; `growth` is that of the opening, 0 for an edge that does not open.
-    """
+    """Force, and length of the zone over the radius; `growth` is that of an opening edge, 0 for others."""
     radii, pulls = contact.radii, contact.pulls
     count = nodes_inside(radii, radius)
-    pull = (surface(radius, depth) - _total(new.inner)) / contact.relaxation.ratio
+    pull = (surface(radius, depth) - total_of(new.inner)) / contact.relaxation.ratio
     total, weights = 0.0, new.weights
     for j in range(1, count + 1):
         outer, width = (pulls[j], radii[1]) if j < count else (pull, radius - radii[count - 1])
         weight = weights[count - j] if count - j < weights.size else 0.5
         total += (weight * outer + (1.0 - weight) * pulls[j - 1]) * width
     toughness = 2.0 * pull * pull / (np.pi * radius)
-    wake = _wake_share(radius, pull, surface(radius, depth) - around)
+    wake = wake_share(radius, pull, surface(radius, depth) - around)
     if growth == 0.0:
         growth, wake = 2.0 * radius * max(pull, 0.0) / np.pi, 1.0
     outside = finite_zone(contact.law, toughness, radius, contact.tabor, growth, wake)[1]
     return 4.0 / np.pi * total + outside, ZONE_LENGTH * toughness / (contact.tabor**2 * radius)
-
-
-@kernel
-def _wake_share(radius: float, pull: float, around: float) -> float:
-    """Opening at an edge in balance, over that `around` the contact."""
-    return min(0.5 * np.pi * radius / max(pull * around, 1e-12), 1.0)
 
 
 @kernel

@@ -6,10 +6,10 @@ radius a, in mu h0, and s = (8/3) / (mu H)^3 its energy is, in dgamma beta^2,
     E = -(8 pi / 3) (a / (mu D))^2 J,       J = int_1^inf r dr / h^2,
     h(r) = (4 / pi) (arccos(1/r) + q / 2 ((r^2 / 2 - 1) arccos(1/r) + sqrt(r^2 - 1) / 2)),
 
-D the opening y - sum e at the edge and q = a D' / D how fast it grows outwards; an edge of toughness Gamma in balance has
-D^2 = pi a / (2 Gamma). J is cut off within the zone, whose length is eta a: J = J_0(q) + (pi^2 / 32) ln(1 / (c eta)). The
-edge takes -dE/dA more than its toughness, and the force is larger by -dE/d(depth). The number c is that of elastic
-contacts at all depths.
+D the opening y - sum e at the edge and q = a D' / D how fast it grows outwards; an edge of toughness Gamma in balance
+has D^2 = pi a / (2 Gamma). J is cut off within the zone, whose length is eta a: J = J_0(q) - (pi^2 / 32) ln(c eta). The
+edge takes -dE/dA more than its toughness, and the force is larger by -dE/d(depth). The number c is fitted to elastic
+contacts at all depths, b of `strain_ahead` to viscoelastic ones that are loaded.
 
 Units: as in `bem.methods.sharp_crack.far_field`. Source: Abel transforms as there; first order in eta.
 """
@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem._support.validation import FloatArray
 from bem.tractions import PEAK_TRACTION
 
 ZONE_LENGTH = np.pi / (4.0 * PEAK_TRACTION**2)
@@ -54,7 +53,8 @@ def _shape(growth: float) -> float:
     r = 1.0 + np.exp(t)
     angle = np.arctan2(np.sqrt((r - 1.0) * (r + 1.0)), 1.0)
     gap = angle + 0.5 * growth * ((0.5 * r * r - 1.0) * angle + 0.5 * np.sqrt((r - 1.0) * (r + 1.0)))
-    integral = np.trapezoid(r * np.exp(t) / (4.0 / np.pi * gap) ** 2, t)
+    integrand = r * np.exp(t) / (4.0 / np.pi * gap) ** 2
+    integral = 0.5 * np.sum((integrand[1:] + integrand[:-1]) * np.diff(t))
     return float(integral - _LOGARITHM * np.log(1e8))
 
 

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.materials import Elastic
+from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
 from bem.methods.sharp_crack.march import follow
-from bem.methods.sharp_crack.steps import Contact, State, new_state
-from bem.protocol import ForceProtocol, PiecewiseLinearProtocol, Protocol, history_of
+from bem.protocol import ForceProtocol, Protocol, history_of
 from bem.scene import Scene
 from bem.solver.records import COMPLETED, STEPS, Marched, new_work
 from bem.tractions import HardContact, law_of
@@ -49,17 +48,18 @@ def march(scene: Scene, protocol: Protocol, *, glassy: bool = False) -> SharpCra
         ZoneError: where no process zone is found.
     """
     path = history_of(protocol, scene.tabor)
-    if isinstance(scene.material, Elastic) or isinstance(scene.adhesion, HardContact) or scene.material.strengths.size == 0:
+    adhesion = scene.adhesion
+    if isinstance(adhesion, HardContact) or scene.material.strengths.size == 0:
         raise ValueError(f"a sharp crack needs a viscoelastic solid and adhesion; received {scene}")
     if scene.spring is not None or scene.indenter is not None or isinstance(path, ForceProtocol):
         raise ValueError(f"a sharp crack needs a paraboloid whose depth is prescribed; received {scene}")
     times, depths = np.array(path.times), np.array(path.indentations) / scene.tabor
-    contact = _contact_of(scene, float(depths.max()))
+    contact = _contact_of(scene, edge_law(adhesion, scene.material), float(depths.max()))
     terms = scene.material.strengths.size
     first, spare = (new_state(_NODES, terms, float(times[0]), float(depths[0])) for _ in range(2))
     first = _start(contact, first, glassy)
     instants, counts = _instants(times, depths)
-    records, zone, steps = follow(contact, law_of(scene.adhesion), first, spare, instants, times, depths)
+    records, zone, steps = follow(contact, law_of(adhesion), first, spare, instants, times, depths)
     work = new_work()
     work[STEPS] = steps
     states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
@@ -74,7 +74,7 @@ def expected_error(zone: float) -> float:
     return _ERROR * math.sqrt(zone)
 
 
-def _contact_of(scene: Scene, deepest: float) -> Contact:
+def _contact_of(scene: Scene, law: EdgeLaw, deepest: float) -> Contact:
     radius = 2.0
     for _ in range(60):
         radius = math.sqrt(max(deepest, 0.0) + math.sqrt(2.0 * math.pi * radius))
@@ -82,7 +82,7 @@ def _contact_of(scene: Scene, deepest: float) -> Contact:
     terms = strengths.size
     return Contact(
         scene.tabor,
-        edge_law(scene.adhesion, scene.material),
+        law,
         relaxation_of(strengths, times),
         np.linspace(0.0, 1.02 * radius, _NODES),
         np.zeros(_NODES),
@@ -117,9 +117,7 @@ def _start(contact: Contact, state: State, glassy: bool) -> State:
     state.births[:] = -1e9
     force = 4.0 / np.pi * (radius**3 / 6.0 - depth * radius / 2.0) / (k if glassy else 1.0)
     mark = (radius, state.time)
-    return state._replace(
-        force=force, radius=radius, rest_radius=radius, bonded=-1e9, mark=mark, next_mark=mark
-    )
+    return state._replace(force=force, radius=radius, rest_radius=radius, bonded=-1e9, mark=mark, next_mark=mark)
 
 
 def _instants(times: FloatArray, depths: FloatArray) -> tuple[FloatArray, np.ndarray]:

@@ -4,21 +4,21 @@ Abel transforms make the memory local: with the traction s(z') outside a point z
 
     g(z) = int_z^inf s(h) / sqrt(z' - z) dz',        h(z) = 1 + (2 / pi) int_-inf^z D / sqrt(z - z') dz',   s = law(h).
 
-The edge, where the traction is largest, lies at z = 0, the contact at z < 0. The opening D follows from the history of g:
+The edge, where the traction is largest, lies at z = 0, the contact at z < 0. The opening D follows from the history:
 
     opening, towards -z:   D = G - g - sum_i c_i Q_i,   Q_i(z) = int_-inf^z exp(-(z - z') / (V tau_i)) (-g') dz',
     closing, towards +z:   D = G - g + sum_i c_i Q_i,   Q_i(z) = int_z^inf exp(-(z' - z) / (V tau_i)) (-g') dz',
     glassy, after a run from rest:   D = k (G - g) + strain q(z - run).
 
-The far value G is unknown; the toughness is G^2 / pi, from 1 to 1/k at an opening edge and from 1 to k at a closing one.
-The equations are solved for the gaps by Newton's method on some 150 nodes.
+The far value G is unknown; the toughness is G^2 / pi, from 1 to 1/k at an opening edge and from 1 to k at a closing
+one. The equations are solved for the gaps by Newton's method on some 150 nodes.
 
 Units: length z in beta / mu^2, gap in h0, traction in dgamma / h0, speed V in beta / mu^2 per retardation time, g and G
 so that the contact radius drops out: they are those of the contact over sqrt(a / 2), see `far_field`.
 
 Sources: Greenwood and Johnson, Phil. Mag. A 43 (1981) 697, the opening edge; Schapery, Int. J. Fracture 11 (1975) 141,
-and Greenwood, J. Phys. D 37 (2004) 2557, both edges; Barthel and Haiat, Langmuir 18 (2002) 9362, and Haiat, Phan Huy and
-Barthel, J. Mech. Phys. Solids 51 (2003) 69, the transforms.
+and Greenwood, J. Phys. D 37 (2004) 2557, both edges; Barthel and Haiat, Langmuir 18 (2002) 9362, and Haiat, Phan Huy
+and Barthel, J. Mech. Phys. Solids 51 (2003) 69, the transforms.
 """
 
 from collections.abc import Callable
@@ -164,7 +164,9 @@ class ZoneEquations:
             history[i, i : i + 2] += gain[i], -gain[i]
         return history
 
-    def _solve(self, matrix: FloatArray, far: FloatArray, wake: FloatArray | float, zone: Zone, tolerance: float) -> Zone:
+    def _solve(
+        self, matrix: FloatArray, far: FloatArray, wake: FloatArray | float, zone: Zone, tolerance: float
+    ) -> Zone:
         """Solve h - 1 = G far - matrix s(h) + wake with the largest traction at the edge.
 
         Where the surfaces press on each other the traction is what a step changes.

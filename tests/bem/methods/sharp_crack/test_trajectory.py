@@ -5,14 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bem import Elastic, ForceProtocol, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene
-from bem import StandardLinearSolid
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+)
 from bem.methods.sharp_crack import march
 from bem.solver.records import COMPLETED
 from bem.tractions import Exponential
 
 SOLID = StandardLinearSolid(0.1)
-START = -np.pi ** (2.0 / 3.0)
+START = -(np.pi ** (2.0 / 3.0))
 
 
 def path(times, depths, tabor):
