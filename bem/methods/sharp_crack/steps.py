@@ -182,7 +182,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
             closed = 0.0
         bonded = _open(contact, old, time, depth, new, count, radius)
         mark = next_mark = (radius, time)
-    elif edge > 0.0 or depth >= snap_in(contact, new, (depth - old.depth) / dt):
+    elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
         radius = closed_radius(contact, new, count, edge, mark, time, depth)
@@ -220,7 +220,7 @@ def dent(state: State) -> float:
 
 @kernel
 def snap_in(contact: Contact, new: State, rate: float) -> float:
-    """Depth from which separate surfaces jump into contact; that of the dent where they do not approach."""
+    """Depth from which surfaces that approach at a rate jump into contact; that of the dent where they do not."""
     return dent(new) + (snap_in_depth(contact.law, contact.tabor, rate) if rate > 0.0 else 0.0)
 
 
