@@ -13,8 +13,8 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
+from bem.methods.closed_forms import jkr, persson_brener
 from bem.methods.sharp_crack import march
-from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
 from tests.validation.cases import ramps
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.materials import Material
 from bem.methods.sharp_crack.tail import ZONE_LENGTH, Tail, tail_effects, tail_of
 from bem.methods.sharp_crack.zone import RUN_OFFSET, Zone, ZoneEquations, tractions_and_slopes
-from bem.tractions import Law, LennardJones, TractionLaw, law_of
+from bem.problem.materials import Material
+from bem.problem.tractions import Law, LennardJones, TractionLaw, law_of
 
 _FINITE = 1.0 / 6.0  # share of its relative length by which a zone of constant stress takes more
 _RELAXED, _RELAXED_SHORT = 2.0, 0.8  # the same where the wake relaxes: of Lennard-Jones and others, fitted

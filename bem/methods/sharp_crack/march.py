@@ -8,10 +8,10 @@ Units: as in `bem.methods.sharp_crack.far_field`.
 import numpy as np
 
 from bem._support.jit import kernel
+from bem.methods.records import Records, new_records, with_jump, with_record
 from bem.methods.sharp_crack.edge import Contact, State
 from bem.methods.sharp_crack.steps import advance, dent
-from bem.solver.records import Records, new_records, with_jump, with_record
-from bem.tractions import Law, tail_force_at
+from bem.problem.tractions import Law, tail_force_at
 
 _MOST_RUN, _LITTLE_RUN = 0.005, 0.0025  # of the edge in a step, over its radius
 _SHORTEST = 1.0 / 500.0  # step, over the whole one

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.tractions import PEAK_TRACTION
+from bem.problem.tractions import PEAK_TRACTION
 
 ZONE_LENGTH = np.pi / (4.0 * PEAK_TRACTION**2)
 """Length of a zone of constant stress and toughness 1, in beta / mu^2."""

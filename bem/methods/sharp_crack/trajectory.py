@@ -1,6 +1,6 @@
 """The trajectory of a soft viscoelastic contact by its edge, a crack with a process zone.
 
-Units outside: as in `bem.trajectory`; inside: as in `bem.methods.sharp_crack.far_field`, depths in mu h0.
+Units outside: as in `bem.results.trajectory`; inside: as in `bem.methods.sharp_crack.far_field`, depths in mu h0.
 """
 
 import math
@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.validation import FloatArray
+from bem.methods.records import COMPLETED, STEPS, Marched, new_work
 from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
 from bem.methods.sharp_crack.march import follow
-from bem.protocol import ForceProtocol, Protocol, history_of
-from bem.scene import Scene
-from bem.solver.records import COMPLETED, STEPS, Marched, new_work
-from bem.tractions import HardContact, law_of
+from bem.problem.protocol import ForceProtocol, Protocol, history_of
+from bem.problem.scene import Scene
+from bem.problem.tractions import HardContact, law_of
 
 _NODES = 500
 _STEPS = 400  # of a ramp as long as the history's range of depths

@@ -28,8 +28,8 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.tractions import PEAK_TRACTION, Law, slope_at, traction_at
-from bem.tractions.pressed import LARGEST_TENSION, pressed_below, pressed_gap_of
+from bem.problem.tractions import PEAK_TRACTION, Law, slope_at, traction_at
+from bem.problem.tractions.pressed import LARGEST_TENSION, pressed_below, pressed_gap_of
 
 _FINEST, _RATIO, _END = 0.02, 1.18, 600.0  # spacing at the edge, ratio of neighbouring spacings, last node
 _PER_FALL, _FALL_ENDS = 0.5, 3.0  # spacing over the range of the steepest fall; where it is over

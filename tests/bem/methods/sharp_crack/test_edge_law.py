@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bem import StandardLinearSolid
+from bem.methods.closed_forms import persson_brener
 from bem.methods.sharp_crack import edge_law as tables
-from bem.reference_solutions import persson_brener
-from bem.tractions import ConstantStress, LennardJones
+from bem.problem.tractions import ConstantStress, LennardJones
 
 SOLID = StandardLinearSolid(0.1)
 LAW = tables.edge_law(LennardJones(), SOLID)

@@ -15,9 +15,9 @@ from bem import (
     Scene,
     StandardLinearSolid,
 )
+from bem.methods.records import COMPLETED
 from bem.methods.sharp_crack import march
-from bem.solver.records import COMPLETED
-from bem.tractions import Exponential
+from bem.problem.tractions import Exponential
 
 SOLID = StandardLinearSolid(0.1)
 START = -(np.pi ** (2.0 / 3.0))

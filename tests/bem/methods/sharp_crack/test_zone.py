@@ -5,7 +5,7 @@ import pytest
 
 from bem import PronySeries, StandardLinearSolid
 from bem.methods.sharp_crack.zone import ZoneEquations
-from bem.tractions import ConstantStress, Exponential, LennardJones, law_of
+from bem.problem.tractions import ConstantStress, Exponential, LennardJones, law_of
 
 LAWS = [LennardJones(), ConstantStress(), Exponential()]
 SOLIDS = [StandardLinearSolid(0.1), PronySeries([0.5, 0.3], [0.1, 1.0])]
