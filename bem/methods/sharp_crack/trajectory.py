@@ -70,8 +70,8 @@ def expected_error(zone: float) -> float:
     """Relative error of the pull-off force, from the length of the process zone over the radius there.
 
     Provisional: the errors of pull-off force and hysteresis of all of 74 histories with Tabor parameters of 10 and 15
-    lie below it, against boundary elements; on the same histories the fitted numbers were chosen. At 5 some exceed it. Beyond 15 it extrapolates, and the time steps leave
-    0.1 to 0.3 %.
+    lie below it, against boundary elements, but on the same histories the fitted numbers were chosen. At 5 some exceed
+    it. Beyond 15 it extrapolates, and the time steps leave 0.1 to 0.3 %.
     """
     return _ERROR * math.sqrt(zone)
 
