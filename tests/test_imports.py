@@ -38,6 +38,7 @@ ALLOWED = {
     "bem.methods.closed_forms": WORDS,
     "bem.methods": WORDS | {"bem.methods.closed_forms"},
     "bem.methods.elastic_curve": ELEMENTS,
+    "bem.methods.sharp_crack": ELEMENTS,
     "bem.methods.without_adhesion": ELEMENTS,
     "bem.simulation": SOLVING - {"bem.simulation"},
     "bem.recommendation": SOLVING,

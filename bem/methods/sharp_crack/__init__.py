@@ -1,0 +1,8 @@
+"""Soft viscoelastic contacts, whose edge is a crack with a process zone much smaller than the contact.
+
+`march` follows a history; `zone` and `tail` hold the physics of the edge, `far_field` that of the contact.
+"""
+
+from bem.methods.sharp_crack.trajectory import SharpCrack as SharpCrack
+from bem.methods.sharp_crack.trajectory import expected_error as expected_error
+from bem.methods.sharp_crack.trajectory import march as march

@@ -1,0 +1,127 @@
+"""Histories of the sharp crack: what they are asked for, and what must hold of every one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+)
+from bem.methods.records import COMPLETED
+from bem.methods.sharp_crack import march
+from bem.problem.tractions import Exponential
+
+SOLID = StandardLinearSolid(0.1)
+START = -(np.pi ** (2.0 / 3.0))
+
+
+def path(times, depths, tabor):
+    return PiecewiseLinearProtocol(times, tabor * np.array(depths))
+
+
+@dataclass(frozen=True)
+class OwnLaw(Exponential):
+    """A law of a user."""
+
+
+@pytest.mark.parametrize("scene", [Scene(100.0, SOLID), Scene(30.0, PronySeries([0.4, 0.3], [0.1, 3.0]), OwnLaw())])
+def test_cycles_and_holds_complete(scene):
+    times, depths = [0.0, 5.0, 5.5, 6.5, 7.5, 8.0, 14.0], [START, 3.0, 3.0, 0.0, 0.0, 2.0, START]
+    result, error = march(scene, path(times, depths, scene.tabor))
+    records = result.records
+    assert result.outcome == COMPLETED
+    assert 0.0 < error < 0.05
+    assert records["time"][-1] == times[-1]
+    assert np.all(np.diff(records["time"]) >= 0.0)
+    assert np.all(np.isin(times, records["time"]))
+    assert np.all(np.isfinite(records["force"]))
+    assert records["force"].max() < 1.6 / scene.material.modulus_ratio
+    assert records["contact_radius"].min() == 0.0
+    assert result.segment_steps.size == len(times) - 1
+
+
+def test_snap_in_and_loss_are_jumps():
+    result, _ = march(Scene(100.0, SOLID), path([0.0, 5.0, 5.1], [START, 3.0, START], 100.0))
+    snap, loss = result.jumps
+    assert snap["force_after"] > 10.0 * snap["force_before"]
+    assert loss["force_before"] > 1.0 > loss["force_after"]
+    assert np.count_nonzero(result.records["time"] == loss["time"]) == 2
+
+
+def test_a_dent_that_recovers_comes_into_contact():
+    """Boundary elements at this Tabor parameter: lost at 5.11, in contact again at 6.96."""
+    times, depths = [0.0, 5.0, 5.2, 5.5, 8.5, 9.5], [START, 3.0, 0.0, 0.0, 0.0, START]
+    _, loss, back = march(Scene(15.0, SOLID), path(times, depths, 15.0)).result.jumps
+    assert loss["time"] == pytest.approx(5.11, abs=0.01)
+    assert back["time"] == pytest.approx(6.96, abs=0.3)
+
+
+def test_the_error_falls_with_the_tabor_parameter():
+    errors = [march(Scene(tabor, SOLID), path([0.0, 1.0], [3.0, -3.0], tabor)).error for tabor in (10.0, 100.0, 1000.0)]
+    assert np.all(np.diff(np.log(errors)) < -1.5)
+
+
+def test_dwells_have_no_ripple():
+    records = march(Scene(300.0, SOLID), path([0.0, 5.0, 8.0], [START, 3.0, 3.0], 300.0)).result.records
+    dwell = records[records["time"] > 5.01]
+    log_time, force = np.log(dwell["time"] - 5.0), dwell["force"]
+    between = np.diff(log_time)[:-1] / (log_time[2:] - log_time[:-2])
+    smooth = force[:-2] + between * (force[2:] - force[:-2])
+    assert np.abs(force[1:-1] / smooth - 1.0).max() < 2e-3
+    assert np.diff(dwell["contact_radius"]).min() > -3e-4
+
+
+def test_a_glassy_start_presses_harder():
+    relaxed, glassy = (
+        march(Scene(100.0, SOLID), path([0.0, 1.0], [3.0, 3.0], 100.0), glassy=state).result.records["force"]
+        for state in (False, True)
+    )
+    assert glassy[0] < 5.0 * relaxed[0] < 0.0
+    assert abs(glassy[-1] - relaxed[-1]) < 0.4 * abs(glassy[0])
+
+
+def test_faster_pulling_takes_more_force():
+    largest = [
+        march(Scene(100.0, SOLID), path([0.0, time], [3.0, -3.0], 100.0)).result.records["force"].max()
+        for time in (1e7, 1e5, 1e3, 10.0, 0.1)
+    ]
+    assert np.all(np.diff(largest) > 0.0)
+
+
+def test_halved_steps_give_the_same():
+    times = np.array([0.0, 5.0, 8.0, 13.0])
+    depths = np.array([START, 3.0, 3.0, START])
+    middle = np.linspace(0.0, 13.0, 60)
+    fine = np.union1d(times, middle)
+    forces = [
+        march(Scene(100.0, SOLID), path(nodes, np.interp(nodes, times, depths), 100.0)).result.records["force"].max()
+        for nodes in (times, fine)
+    ]
+    assert forces[0] == pytest.approx(forces[1], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        (Scene(30.0, Elastic()), "viscoelastic"),
+        (Scene(30.0, SOLID, HardContact()), "adhesion"),
+        (Scene(30.0, SOLID, spring=1.0), "depth is prescribed"),
+    ],
+)
+def test_other_scenes_are_refused(scene, words):
+    protocol = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    with pytest.raises(ValueError, match=words):
+        march(scene, protocol)
+
+
+def test_prescribed_forces_are_refused():
+    with pytest.raises(ValueError, match="depth is prescribed"):
+        march(Scene(30.0, SOLID), ForceProtocol([0.0, 1.0], [0.0, -1.0]))
