@@ -69,7 +69,7 @@ def test_each_tutorial_runs(tutorial, tmp_path):
 
 
 def test_the_tutorials_show_a_picture_each_and_are_listed():
-    assert len(TUTORIALS) == 10
+    assert len(TUTORIALS) == 9
     for tutorial in TUTORIALS:
         code = tutorial.read_text(encoding="utf-8")
         assert re.match(r'"""\n# \w', code), "the title of the page"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bem.lab import ForceCurve
-from experiments.robustness.lab_curves import write_map
-from tests.bem.lab.measurement import closed_form
+from tests.bem.lab.measurement import closed_form, write_map
 
 pytestmark = pytest.mark.filterwarnings("error")
 FORCE = "force (N)"

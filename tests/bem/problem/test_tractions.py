@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from bem import Scene, tractions
+from bem import Scene
+from bem.problem import tractions
 from bem.problem.tractions import (
     GAP_AT_PEAK,
     LAWS,
