@@ -15,7 +15,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from threadpoolctl import threadpool_limits
 
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import NAMED_TARGETS
@@ -119,7 +118,7 @@ def study(
     steps = tools.from_steps(exact[:, 2:], np.array([case.grid()[1] for case in cases]))
     absent = tools.absent(models, dataset)
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
-    with threadpool_limits(limits=1), without_extrapolation_warnings():
+    with without_extrapolation_warnings():
         rows += without_learning(cases, exact, repeats, finest)
         rows += surrogates(cases, models, exact, repeats, absent["outdated"])
     return {
