@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import device_of, problem_of
@@ -45,7 +45,7 @@ class _Moment(NamedTuple):
 def _own(progress: Progress) -> Progress:
     """The same state at the begin of a step, with arrays of its own, so that the step leaves it as it is."""
     memory, factor = Memory(*map(np.copy, progress.memory)), Factor(*map(np.copy, progress.factor))
-    records = in_python(new_records)()
+    records = uncompiled(new_records)()
     return progress._replace(memory=memory, factor=factor, records=records, outcome=COMPLETED, segment=0)
 
 
@@ -109,7 +109,7 @@ class Contact:
         by_force = problem._replace(device=device_of(self._scene, True, problem.scales.force))
         self._problems = {"indentation": problem, "force": by_force}
         begin = np.zeros(1), np.array([self._start]), np.empty(0), self._glassy, before_start()
-        progress, _, _ = followed(problem, *begin, in_python(new_work)(MOST_WORK))
+        progress, _, _ = followed(problem, *begin, uncompiled(new_work)(MOST_WORK))
         self._now = _Moment(0.0, self._start, progress, 0)
         if progress.outcome != COMPLETED:
             raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
@@ -186,9 +186,9 @@ class Contact:
 
     def copy(self) -> Contact:
         """A contact of its own in the same state, to look ahead."""
-        other = copy.copy(self)
-        other._steps = list(self._steps)
-        return other
+        duplicate = copy.copy(self)
+        duplicate._steps = list(self._steps)
+        return duplicate
 
     def _need(self, depth: float) -> bool:
         """Whether the mesh had to become larger for an indentation."""
@@ -204,7 +204,7 @@ class Contact:
         if now.progress.outcome != COMPLETED:  # a step before could not be taken again on a larger mesh
             return now
         first = now.stage if step.name == "indentation" else state.force
-        work = in_python(new_work)(MOST_WORK)
+        work = uncompiled(new_work)(MOST_WORK)
         work[STEPS] = now.steps
         times, controls = np.array([0.0, step.duration]), np.array([first, step.value])
         begin = _own(now.progress)

@@ -46,7 +46,7 @@ from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.methods.closed_forms import hereditary_hertz, hertz
 from bem.problem.accuracy import NAMED_TARGETS
-from bem.problem.negligible_effects import SHARE, lighter_scene, without_terms
+from bem.problem.negligible_effects import SHARE, simplified_scene, without_terms
 from bem.problem.protocol import LoadingProtocol, PiecewiseLinearProtocol, history_of
 from bem.problem.scene import SMALLEST_TABOR, Scene
 from bem.problem.tractions import HardContact
@@ -120,14 +120,14 @@ def choices(scene: Scene) -> list[Effects]:
     kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
     springs = (False,) if scene.spring is None else (False, True)
     stiff = [scene.tabor * (1.0 - scene.material.strengths[last:].sum()) ** (2.0 / 3.0) for last in range(of + 1)]
-    found = [
+    combinations = [
         Effects(stick, first, last, of, spring)
         for spring in springs
         for stick in adhesion
         for first, last in kept
         if stiff[last] >= SMALLEST_TABOR
     ]
-    return sorted(found, key=lambda effects: (effects.count, effects.terms))
+    return sorted(combinations, key=lambda effects: (effects.count, effects.terms))
 
 
 def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tuple[Scene, IndentationProtocol]:
@@ -135,8 +135,8 @@ def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tu
 
     A protocol whose start would follow the new Tabor parameter is returned as its indentation history.
     """
-    place = np.arange(effects.of)
-    simple = without_terms(scene, place < effects.first, place >= effects.last)
+    terms = np.arange(effects.of)
+    simple = without_terms(scene, terms < effects.first, terms >= effects.last)
     adhesion = scene.adhesion if effects.adhesion else HardContact()
     simple = replace(simple, adhesion=adhesion, spring=scene.spring if effects.spring else None)
     if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
@@ -227,10 +227,10 @@ def recommend(
 
     if scene.spring is not None:
         brackets = dict.fromkeys(every, (0.0, math.inf))
-    lighter = lighter_scene(scene, history, tolerance / SHARE)
+    simplified = simplified_scene(scene, history, tolerance / SHARE)
     for effects in every:
-        if lighter.left_out and reduced(scene, history, effects)[0] == lighter.scene:
-            brackets[effects] = (0.0, min(brackets[effects][1], lighter.error))
+        if simplified.left_out and reduced(scene, history, effects)[0] == simplified.scene:
+            brackets[effects] = (0.0, min(brackets[effects][1], simplified.error))
     # With as many terms, with and without adhesion and spring, the terms with the smallest estimate.
     groups = itertools.groupby(every, lambda effects: (effects.terms, effects.adhesion, effects.spring))
     best_terms = [min(group, key=lambda effects: brackets[effects][1]) for _, group in groups]
@@ -272,16 +272,18 @@ def operations(trajectory: Trajectory) -> float:
     )
 
 
-def difference(found: Trajectory, truth: Trajectory, history: PiecewiseLinearProtocol, quantity: Quantity) -> float:
+def difference(
+    trajectory: Trajectory, truth: Trajectory, history: PiecewiseLinearProtocol, quantity: Quantity
+) -> float:
     """Error of one trajectory against another under the same history; infinite where one did not complete."""
-    if not (found.completed and truth.completed):
+    if not (trajectory.completed and truth.completed):
         return np.inf
     if quantity != "force":
         exact = getattr(truth, quantity)
-        return abs(getattr(found, quantity) - exact) / max(abs(exact), 1e-300)
-    times = np.minimum(instants(history), min(found.time[-1], truth.time[-1]))
+        return abs(getattr(trajectory, quantity) - exact) / max(abs(exact), 1e-300)
+    times = np.minimum(instants(history), min(trajectory.time[-1], truth.time[-1]))
     force = truth.at(times)
-    return float(np.sqrt(np.mean((found.at(times) - force) ** 2)) / max(float(np.ptp(force)), 1e-300))
+    return float(np.sqrt(np.mean((trajectory.at(times) - force) ** 2)) / max(float(np.ptp(force)), 1e-300))
 
 
 def instants(history: PiecewiseLinearProtocol) -> FloatArray:
@@ -314,12 +316,12 @@ def _brackets(
     exact = force(full)
     weakest = 2.0 if full.adhesion else 0.0
     scale = float(np.ptp(exact)) + weakest
-    found = {}
+    brackets = {}
     for effects in every:
         material = float(np.sqrt(np.mean((force(effects) - exact) ** 2))) / max(scale, 1e-300)
         certain = _LEAST_ADHESION / scale if full.adhesion and not effects.adhesion else 0.0
         # A simpler material changes the adhesive part of the force too, unless the elastic answer is exact anyway.
         touched = full.adhesion and (not effects.adhesion or not effects.everything)
         doubt = _MOST_ADHESION / scene.material.modulus_ratio / scale if touched else 0.0
-        found[effects] = (max(material - doubt, certain), material + doubt)
-    return found
+        brackets[effects] = (max(material - doubt, certain), material + doubt)
+    return brackets

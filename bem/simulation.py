@@ -29,7 +29,7 @@ from bem.methods.records import (
     OUT_OF_WORK,
     TOO_MUCH_TENSION,
     UNPHYSICAL,
-    Marched,
+    MarchResult,
     columns_of,
     profiles_of,
     with_peaks,
@@ -39,7 +39,7 @@ from bem.methods.without_adhesion.hard_contact import follow_hard_contact
 from bem.problem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.problem.indenter import PARABOLOID, tension_without_deformation
 from bem.problem.materials import Elastic, StandardLinearSolid
-from bem.problem.negligible_effects import Lighter, lighter_scene
+from bem.problem.negligible_effects import SimplifiedScene, simplified_scene
 from bem.problem.protocol import (
     ForceProtocol,
     LoadingProtocol,
@@ -51,7 +51,7 @@ from bem.problem.protocol import (
 )
 from bem.problem.scene import Scene
 from bem.problem.tractions import HardContact, TractionLaw
-from bem.results.profiles import MOST_PROFILES, checked_instants, telling_instants
+from bem.results.profiles import MOST_PROFILES, checked_instants, informative_instants
 from bem.results.trajectory import Jump, Statistics, Trajectory
 
 _MOST_REFINEMENTS = 3  # each halves the target error
@@ -125,35 +125,35 @@ def simulate(
     if mesh is None and profiles is None and isinstance(scene.adhesion, HardContact):
         load_kernels("no adhesion")
         started = time.perf_counter()
-        result, rung = follow_hard_contact(scene, path, target, glassy, budget)
+        result, method = follow_hard_contact(scene, path, target, glassy, budget)
         result = _checked(result, scene, path, target.target)
         if result.outcome not in _RETRIED:
-            return _trajectory(scene, path, target.target, result, budget, rung, time.perf_counter() - started)
+            return _trajectory(scene, path, target.target, result, budget, method, time.perf_counter() - started)
     instants = np.empty(0)
     if isinstance(profiles, Integral):
         count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
         first = _followed(scene, path, target, glassy, mesh, instants, budget)
         if not first.completed:
             return first
-        instants = telling_instants(first, count)
+        instants = informative_instants(first, count)
     elif profiles is not None:
         instants = checked_instants(profiles, path.times)
     if mesh is not None or profiles is not None:  # of the scene as it is
         return _followed(scene, path, target, glassy, mesh, instants, budget)
-    lighter = lighter_scene(scene, path, target.target, glassy)
-    found = _on_branch(lighter.scene, path, target, budget) or _followed(
-        lighter.scene, path, target, glassy, None, instants, budget
+    simplified = simplified_scene(scene, path, target.target, glassy)
+    trajectory = _on_branch(simplified.scene, path, target, budget) or _followed(
+        simplified.scene, path, target, glassy, None, instants, budget
     )
-    return _as_asked(found, scene, lighter) if lighter.left_out else found
+    return _rescaled(trajectory, scene, simplified) if simplified.left_out else trajectory
 
 
-def _as_asked(found: Trajectory, scene: Scene, lighter: Lighter) -> Trajectory:
-    """The trajectory of a lighter scene in the units of the one asked for, behind its spring."""
-    stats = replace(found.stats, left_out=lighter.left_out, left_out_error=lighter.error)
-    radius, depth = found.contact_radius * math.sqrt(lighter.scene.tabor / scene.tabor), found.indentation
-    if scene.spring is not None and lighter.scene.spring is None:
-        depth = depth + found.force / scene.spring
-    return replace(found, stats=stats, contact_radius=radius, indentation=depth, spring=scene.spring)
+def _rescaled(trajectory: Trajectory, scene: Scene, simplified: SimplifiedScene) -> Trajectory:
+    """The trajectory of a simplified scene in the units of the one asked for, behind its spring."""
+    stats = replace(trajectory.stats, left_out=simplified.left_out, left_out_error=simplified.error)
+    radius, depth = trajectory.contact_radius * math.sqrt(simplified.scene.tabor / scene.tabor), trajectory.indentation
+    if scene.spring is not None and simplified.scene.spring is None:
+        depth = depth + trajectory.force / scene.spring
+    return replace(trajectory, stats=stats, contact_radius=radius, indentation=depth, spring=scene.spring)
 
 
 def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
@@ -175,7 +175,7 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
 
 
-def _checked(result: Marched, scene: Scene, path: Path, target: float) -> Marched:
+def _checked(result: MarchResult, scene: Scene, path: Path, target: float) -> MarchResult:
     """The result, whose outcome says so where it breaks a bound."""
     return within_bounds(result, scene, least_force(scene, deepest_indentation(scene, path)), target)
 
@@ -192,33 +192,33 @@ def _followed(
     load_kernels("boundary elements")
     seconds, spent = 0.0, 0
     for refinement in range(_MOST_REFINEMENTS + 1):
-        wanted = target.target / 2.0**refinement
+        tightened = target.target / 2.0**refinement
         try:
-            problem = problem_of(scene, path, Accuracy(wanted), mesh)
+            problem = problem_of(scene, path, Accuracy(tightened), mesh)
         except MemoryError as error:
             if refinement == 0:
-                return _not_started(str(error), wanted, len(scene.material.strengths))
+                return _not_started(str(error), tightened, len(scene.material.strengths))
             break
         started = time.perf_counter()
         result = march(problem, *prescribed(path), instants, glassy, budget - spent)
-        result = _checked(result, scene, path, wanted)
+        result = _checked(result, scene, path, tightened)
         seconds += time.perf_counter() - started
         spent += work_by_name(result.work)["multiply_adds"]
-        aim, attempts = wanted, refinement + 1
+        aim, attempts = tightened, refinement + 1
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
         if result.outcome not in _RETRIED:
             break
     failed = attempts - (result.outcome not in _RETRIED)
-    found = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
+    trajectory = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
-        found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
+        trajectory = replace(trajectory, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
     nodes = problem.scheme.grid.size
-    stats = replace(found.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent, grid_nodes=nodes)
-    status = found.status
+    stats = replace(trajectory.stats, attempts=attempts, failed_attempts=failed, multiply_adds=spent, grid_nodes=nodes)
+    status = trajectory.status
     if attempts > 1:
         tried = f"{failed} failed attempt{'s' * (failed > 1)}"
         status += f" (accuracy tightened from {target.target:g} to {aim:g} after {tried})"
-    return replace(found, status=status, stats=stats)
+    return replace(trajectory, status=status, stats=stats)
 
 
 def load_kernels(*names: str) -> None:
@@ -283,14 +283,14 @@ def prescribed(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _trajectory(
-    scene: Scene, path: Path, target: float, result: Marched, budget: float, rung: str, seconds: float
+    scene: Scene, path: Path, target: float, result: MarchResult, budget: float, method: str, seconds: float
 ) -> Trajectory:
     records, jumps = result.records, result.jumps
     work, terms = work_by_name(result.work), scene.material.strengths.size
     counts: dict[str, Any] = {name: work[name] for name in _STATISTICS}
     stats = Statistics(
         **counts,
-        rung=rung,
+        method=method,
         steps_by_phase=by_phase(path.phases, result.segment_steps.tolist()),
         memory_vectors=terms,
         nodes=work["nodes"] / max(work["steps"], 1),
@@ -308,22 +308,22 @@ def _trajectory(
     if isinstance(path, PiecewiseLinearProtocol):
         if scene.spring is not None:  # the corners of the path and its end are those of the stage
             records["indentation"] = path.indentation_at(records["time"])
-        if rung == "boundary elements":
+        if method == "boundary elements":
             records, unloading = with_peaks(records, unloading, most_tension(scene) * (1.0 + target))
     attraction = 1.0
     if scene.indenter is not None:
         gap = 1.0 - min(float(records["indentation"][-1]), 0.0)
         at = (tension_without_deformation(scene.tabor, n, gap) for n in (scene.exponent, PARABOLOID))
         attraction = next(at) / next(at)
-    found = tuple(Jump(*row) for row in jumps.tolist())
+    jump_tuple = tuple(Jump(*row) for row in jumps.tolist())
     balances = terms == 0 and result.outcome != DETACHED
-    balance = _energy_balance(records, result.energies, found, target) if balances else np.nan
+    balance = _energy_balance(records, result.energies, jump_tuple, target) if balances else np.nan
     if scene.spring is not None and not by_force:
         records["indentation"] += records["force"] / scene.spring
     return Trajectory(
         *columns_of(records),
         status=status,
-        jumps=found,
+        jumps=jump_tuple,
         stats=stats,
         accuracy=target,
         unloading=unloading,
@@ -337,9 +337,9 @@ def _trajectory(
 def _not_started(reason: str, target: float, terms: int) -> Trajectory:
     """An empty trajectory: the scene is known to be out of reach before the first step."""
     empty, stats = np.zeros(0), Statistics(memory_vectors=terms)
-    said = f"not started: {reason}"
+    status = f"not started: {reason}"
     return Trajectory(
-        empty, empty, empty, empty, status=said, jumps=(), stats=stats, accuracy=target, unloading=np.zeros(0, bool)
+        empty, empty, empty, empty, status=status, jumps=(), stats=stats, accuracy=target, unloading=np.zeros(0, bool)
     )
 
 

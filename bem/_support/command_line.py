@@ -32,8 +32,8 @@ def add_version(app: Any, name: str, number: str) -> None:
         number: Its version.
     """
 
-    def show(wanted: bool) -> None:
-        if wanted:
+    def show(requested: bool) -> None:
+        if requested:
             typer.echo(f"{name} {number}")
             raise typer.Exit
 

@@ -59,24 +59,24 @@ class ForceInterpolant:
         Raises:
             ValueError: for times outside the native range.
         """
-        wanted = real_array("times", times)
+        queries = real_array("times", times)
         first, last = self.times[0], self.times[-1]
         slack = ROUNDINGS * np.spacing(max(abs(first), abs(last)))
-        if not np.all((wanted >= first - slack) & (wanted <= last + slack)):
+        if not np.all((queries >= first - slack) & (queries <= last + slack)):
             raise ValueError(
                 f"times must lie between {float(first)!r} and {float(last)!r}; "
-                f"received {float(np.min(wanted))!r} to {float(np.max(wanted))!r}"
+                f"received {float(np.min(queries))!r} to {float(np.max(queries))!r}"
             )
-        wanted = np.clip(wanted, first, last)
+        queries = np.clip(queries, first, last)
         # Imported here, as below, because a surrogate measures protocols without a compiler.
         from bem._support.monotone import monotone_values
 
-        piece_of = np.searchsorted(self._bounds, wanted, side="right")
-        result = np.empty(wanted.shape)
+        piece_of = np.searchsorted(self._bounds, queries, side="right")
+        result = np.empty(queries.shape)
         for piece in np.unique(piece_of):
             inside = piece_of == piece
             instants, force, slopes = self._curve(piece)
-            result[inside] = force if force.size == 1 else monotone_values(instants, force, slopes, wanted[inside])
+            result[inside] = force if force.size == 1 else monotone_values(instants, force, slopes, queries[inside])
         return result
 
     def integrals(self) -> list[float]:

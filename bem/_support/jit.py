@@ -67,7 +67,7 @@ def _mark(name: str) -> Path | None:
     return Path(directory) / f".{name.replace(' ', '-')}" if directory else None
 
 
-def in_python(function: Callable) -> Callable:
+def uncompiled(function: Callable) -> Callable:
     """Return the function that a kernel was compiled from: for a few calls, loading the kernel takes longer."""
     return getattr(function, "py_func", function)
 
@@ -94,8 +94,8 @@ class _Kernel:
     def __init__(self, function: Callable, *, cache: bool = True) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
-        whole = njit(no_cfunc_wrapper=True, pipeline_class=_Compiler, **_OPTIONS)(function)
-        self._whole = enable_caching(whole) if cache else whole
+        compiled = njit(no_cfunc_wrapper=True, pipeline_class=_Compiler, **_OPTIONS)(function)
+        self._whole = enable_caching(compiled) if cache else compiled
         alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         self._part = njit(pipeline_class=_PartCompiler, **alone, **_OPTIONS)(function)
         self._part.get_call_template = self._call_template

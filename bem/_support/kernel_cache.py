@@ -101,10 +101,10 @@ class _KernelFiles(IndexDataCacheFile):
     def load(self, key: tuple) -> Any:
         """Return what `save` kept, or `None`."""
         try:
-            content = Path(self._path(key)).read_bytes()
+            stored = Path(self._path(key)).read_bytes()
         except OSError:
             return None
-        total, data = content[:_SUM], content[_SUM:]
+        total, data = stored[:_SUM], stored[_SUM:]
         return pickle.loads(data) if total == self._sum(key, data) else None
 
     def save(self, key: tuple, data: Any) -> None:

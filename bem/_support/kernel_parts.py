@@ -49,9 +49,9 @@ class _Whole(JITCodeLibrary):
     def add_linking_library(self, library: CodeLibrary) -> None:
         if library not in self._linking_libraries:
             super().add_linking_library(library)
-            for part in library._linking_libraries if isinstance(library, _Part) else ():
-                self._reload_init.update(part._reload_init)
-                self.add_linking_library(part)
+            for nested in library._linking_libraries if isinstance(library, _Part) else ():
+                self._reload_init.update(nested._reload_init)
+                self.add_linking_library(nested)
 
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
@@ -95,16 +95,16 @@ def _reference_counting() -> ir.Module:
     return module
 
 
-def _library_pass(kind: type[JITCodeLibrary]) -> type[LoweringPass]:
+def _library_pass(library_class: type[JITCodeLibrary]) -> type[LoweringPass]:
     @register_pass(mutates_CFG=False, analysis_only=False)
     class SetLibrary(LoweringPass):
-        _name = f"bem_library{kind.__name__}"
+        _name = f"bem_library{library_class.__name__}"
 
         def __init__(self) -> None:
             LoweringPass.__init__(self)
 
         def run_pass(self, state: Any) -> bool:
-            state.library = kind(state.targetctx.codegen(), state.func_id.func_qualname)
+            state.library = library_class(state.targetctx.codegen(), state.func_id.func_qualname)
             state.library.enable_object_caching()
             return False
 

@@ -37,13 +37,13 @@ def monotone_slopes(times: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def monotone_values(times: np.ndarray, force: np.ndarray, slopes: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """The cubics at `wanted` (m,), instants within the range of `times` (n,)."""
-    values = np.empty(wanted.size)
-    places = np.searchsorted(times, wanted, side="right")
-    for k in range(wanted.size):
+def monotone_values(times: np.ndarray, force: np.ndarray, slopes: np.ndarray, queries: np.ndarray) -> np.ndarray:
+    """The cubics at `queries` (m,), instants within the range of `times` (n,)."""
+    values = np.empty(queries.size)
+    places = np.searchsorted(times, queries, side="right")
+    for k in range(queries.size):
         i = min(max(places[k] - 1, 0), times.size - 2)
-        width, offset = times[i + 1] - times[i], wanted[k] - times[i]
+        width, offset = times[i + 1] - times[i], queries[k] - times[i]
         chord = (force[i + 1] - force[i]) / width
         cubic = (slopes[i] + slopes[i + 1] - 2.0 * chord) / width
         square = (chord - slopes[i]) / width - cubic

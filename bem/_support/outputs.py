@@ -55,9 +55,11 @@ class Outputs:
             raise
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(
+        self, error_class: type[BaseException] | None, _: BaseException | None, __: TracebackType | None
+    ) -> None:
         try:
-            if kind is None:
+            if error_class is None:
                 self._settle()
         finally:
             self._discard()
@@ -92,32 +94,32 @@ class Outputs:
             if target.is_symlink():
                 target.stat()
             # Short, so that only the name the user chose can be too long.
-            part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
+            temporary = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
             with suppress(FileNotFoundError):
                 target.lstat()  # the error of the operating system for a name that it does not accept
-            self._parts[path] = target, part
-            part.touch(exist_ok=False)
+            self._parts[path] = target, temporary
+            temporary.touch(exist_ok=False)
 
     def _settle(self) -> None:
         formers: list[Path] = []
         with ExitStack() as undone:
             for path in filter(self._written.__contains__, self._parts):
-                target, part = self._parts[path]
+                target, temporary = self._parts[path]
                 with _refusals(path):
                     # Renamed, so that it can come back; a single file is replaced at once.
-                    if known := len(self._written) > 1 and target.exists():
-                        formers.append(target.replace(part.with_name(f"{part.name}.former")))
+                    if replaces := len(self._written) > 1 and target.exists():
+                        formers.append(target.replace(temporary.with_name(f"{temporary.name}.former")))
                         undone.callback(formers[-1].replace, target)
-                    part.replace(target)
-                    if not known:
+                    temporary.replace(target)
+                    if not replaces:
                         undone.callback(target.unlink)
             undone.pop_all()
         for former in formers:
             former.unlink(missing_ok=True)
 
     def _discard(self) -> None:
-        for _, part in self._parts.values():
-            part.unlink(missing_ok=True)
+        for _, temporary in self._parts.values():
+            temporary.unlink(missing_ok=True)
 
 
 def default_picture(name: str, *requested: Any) -> Path | None:
@@ -141,11 +143,11 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         ValueError: `path` is a directory, lies in none, or cannot be written.
     """
     path = Path(path)
-    with Outputs(path) as outputs, outputs.write(path) as part:
-        yield part
+    with Outputs(path) as outputs, outputs.write(path) as temporary:
+        yield temporary
 
 
-def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | None = None) -> None:
+def write_whole(path: Path, data: str | bytes | memoryview, scratch: Path | None = None) -> None:
     """Write a file beside its place and rename it, so that even a power cut leaves the former one or the new one.
 
     Text is written in UTF-8, first to `scratch` on the same file system, by default to a new name beside `path`.
@@ -156,7 +158,7 @@ def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | N
     unfinished = scratch or path.with_name(f".{secrets.token_hex(6)}.writing")
     try:
         with unfinished.open("wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
+            file.write(data.encode() if isinstance(data, str) else data)
             file.flush()
             os.fsync(file.fileno())
         unfinished.replace(path)
@@ -191,10 +193,10 @@ def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
         raise ValueError(f"Expected an output file called {' or '.join(suffixes)}; received {path}")
 
 
-def plain_name(name: str, what: str) -> str:
+def plain_name(name: str, noun: str) -> str:
     """Return a name that becomes a file's or a folder's, when it is one: not a path, a hidden file or an option.
 
-    The message calls it `what`, with an article.
+    The message calls it `noun`, with an article.
 
     Raises:
         ValueError: it is empty, longer than 64 characters, or has others than letters, digits, '.', '_' and '-'; or
@@ -202,7 +204,7 @@ def plain_name(name: str, what: str) -> str:
     """
     if not isinstance(name, str) or len(name) > LONGEST_NAME or not _PLAIN_NAME.fullmatch(name):
         raise ValueError(
-            f"Expected {what} of at most {LONGEST_NAME} letters, digits, '.', '_' and '-', not beginning with '.' or "
+            f"Expected {noun} of at most {LONGEST_NAME} letters, digits, '.', '_' and '-', not beginning with '.' or "
             f"'-'; received {shown(name)}"
         )
     return name

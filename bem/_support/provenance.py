@@ -28,11 +28,11 @@ def origin() -> dict[str, Any]:
 def merged(origins: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """One dictionary of many: what all agree on as it is, and a list of the different values otherwise."""
     values: dict[str, list[Any]] = {}
-    for found in origins:
-        for name, value in found.items():
-            known = values.setdefault(name, [])
-            known += [one for one in (value if isinstance(value, list) else [value]) if one not in known]
-    return {name: known[0] if len(known) == 1 else known for name, known in values.items()}
+    for facts in origins:
+        for name, value in facts.items():
+            distinct = values.setdefault(name, [])
+            distinct += [entry for entry in (value if isinstance(value, list) else [value]) if entry not in distinct]
+    return {name: distinct[0] if len(distinct) == 1 else distinct for name, distinct in values.items()}
 
 
 def command_line(arguments: Sequence[str]) -> str:
@@ -45,11 +45,11 @@ def command_line(arguments: Sequence[str]) -> str:
 @functools.cache
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that decide numbers; those not installed are left out."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
+            installed[package] = version(package)
+    return installed
 
 
 def peak_memory() -> int:
@@ -84,7 +84,7 @@ def git_revision() -> str:
         return "unknown"
 
 
-def _git(*words: str) -> str:
+def _git(*arguments: str) -> str:
     folder = Path(__file__).parent
-    answer = subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True, timeout=10)
+    answer = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, text=True, check=True, timeout=10)
     return answer.stdout.strip()

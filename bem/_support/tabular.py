@@ -48,8 +48,8 @@ def labelled(variables: dict[str, Any], attributes: dict[str, Any], **coordinate
     except ImportError as error:
         raise ImportError(f"a labelled data set needs xarray; {INSTALL}") from error
     parts = (
-        {name: (along, values, {"units": unit}) for name, (along, values, unit) in one.items()}
-        for one in (variables, coordinates)
+        {name: (along, values, {"units": unit}) for name, (along, values, unit) in group.items()}
+        for group in (variables, coordinates)
     )
     return xr.Dataset(*parts, attrs=attributes)
 

@@ -79,11 +79,11 @@ def csv_rows(lines: Iterable[str], **dialect: Any) -> list[tuple[int, list[str]]
 def plain(value: Any) -> Any:
     """Return a value with NaN and infinity as `None`, arrays and tuples as lists, and NumPy's numbers as Python's."""
     if isinstance(value, Mapping):
-        return {str(key): plain(part) for key, part in value.items()}
+        return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, list | tuple):
-        return [plain(part) for part in value]
+        return [plain(entry) for entry in value]
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value

@@ -24,7 +24,7 @@ class Valued:
         return all(np.array_equal(mine, vars(other)[name]) for name, mine in vars(self).items())
 
     def __hash__(self) -> int:
-        return hash(tuple(one.tobytes() if isinstance(one, np.ndarray) else one for one in vars(self).values()))
+        return hash(tuple(field.tobytes() if isinstance(field, np.ndarray) else field for field in vars(self).values()))
 
 
 def finite_number(
@@ -52,9 +52,9 @@ def finite_number(
     except OverflowError:
         number = math.inf
     bounds = (("greater than", above, gt), ("at least", low, ge), ("less than", below, lt), ("at most", high, le))
-    given = [(words, limit, holds) for words, limit, holds in bounds if limit is not None]
-    if not math.isfinite(number) or any(not holds(number, limit) for _, limit, holds in given):
-        allowed = " and ".join(f"{words} {limit:g}" for words, limit, _ in given)
+    limits = [(relation, limit, holds) for relation, limit, holds in bounds if limit is not None]
+    if not math.isfinite(number) or any(not holds(number, limit) for _, limit, holds in limits):
+        allowed = " and ".join(f"{relation} {limit:g}" for relation, limit, _ in limits)
         raise ValueError(f"{name} must be a finite number{' ' if allowed else ''}{allowed}; received {shown(value)}")
     return number
 
@@ -62,7 +62,7 @@ def finite_number(
 def instance(name: str, value: Any, allowed: tuple[type, ...]) -> Any:
     """Return `value` when it is an instance of one of `allowed`, else raise a `ValueError` naming them."""
     if not isinstance(value, allowed):
-        names = ", ".join(f"{kind.__name__}(...)" for kind in allowed)
+        names = ", ".join(f"{cls.__name__}(...)" for cls in allowed)
         raise ValueError(f"{name} must be one of {names}; received {shown(value)}")
     return value
 

@@ -126,12 +126,12 @@ def simulate(
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)
         arrays = {name: column.values for name, column in trajectory.columns().items() if name != "unloading"}
 
-        def tabulated(part: Path) -> None:
+        def tabulated(temporary: Path) -> None:
             table = np.column_stack(list(arrays.values()))
-            np.savetxt(part, table, delimiter=",", header=",".join(arrays), comments="", fmt="%.10g")
+            np.savetxt(temporary, table, delimiter=",", header=",".join(arrays), comments="", fmt="%.10g")
 
-        def plotted(part: Path) -> None:
-            trajectory.plot(title=title_of(scene, protocol)).savefig(part, dpi=150)
+        def plotted(temporary: Path) -> None:
+            trajectory.plot(title=title_of(scene, protocol)).savefig(temporary, dpi=150)
 
         write(outputs, csv, tabulated)
         for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
@@ -186,17 +186,17 @@ def readable(trajectory: Any) -> str:
         }
         rows = [("quantity (tension positive)", "value", "unit")]
         rows += [
-            (words, f"{getattr(trajectory, name):.5g}" if exists else "none", UNITS[name])
-            for words, (name, exists) in values.items()
+            (label, f"{getattr(trajectory, name):.5g}" if exists else "none", UNITS[name])
+            for label, (name, exists) in values.items()
         ]
         lines = [plain_table(rows), ""]
     if trajectory.status != "completed":
         lines.append(f"status: {trajectory.status}")
-    lines += work_words(trajectory) if trajectory.completed else []
+    lines += work_lines(trajectory) if trajectory.completed else []
     if trajectory.pull_off_force > 0.0 and not trajectory.detached:
         lines.append(STILL_ATTACHED)
     lines += [
-        f"jump at indentation {jump.indentation:.5g}{moved_words(jump)}: "
+        f"jump at indentation {jump.indentation:.5g}{moved_text(jump)}: "
         f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
         for jump in trajectory.jumps
     ]
@@ -205,7 +205,7 @@ def readable(trajectory: Any) -> str:
     return "\n".join(lines)
 
 
-def moved_words(jump: Any) -> str:
+def moved_text(jump: Any) -> str:
     """Where a jump takes the sphere, if elsewhere."""
     if math.isnan(jump.indentation_after):
         return " -> flown off"
@@ -213,7 +213,7 @@ def moved_words(jump: Any) -> str:
     return "" if before == after else f" -> {after}"
 
 
-def work_words(trajectory: Any) -> list[str]:
+def work_lines(trajectory: Any) -> list[str]:
     """What a negative work means, if there is one."""
     from bem._support.tabular import UNITS
 

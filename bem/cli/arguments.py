@@ -36,7 +36,7 @@ def option(text: str, *names: str, **settings: Any) -> Any:
 Adhesion = Annotated[str, option(ADHESION_HELP, "--adhesion", "--traction")]
 Indenter = Annotated[str, option(INDENTER_HELP)]
 Material = Annotated[str, option(MATERIAL_HELP)]
-Filmstrip = Annotated[File, option("Draw the contact at its telling instants here (.png, .pdf, .svg).")]
+Filmstrip = Annotated[File, option("Draw the contact at its most informative instants here (.png, .pdf, .svg).")]
 Animate = Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")]
 PICTURE = "On a terminal, a new contact.png by default."
 FRAMES = 80
@@ -62,11 +62,11 @@ def scene_of(tabor: float, material: str, adhesion: str, spring: float | None, i
     return Scene(tabor, parse_material(material), LAWS[adhesion](), spring, parse_indenter(indenter))
 
 
-def write(outputs: Outputs, path: File, what: Callable[[Path], Any]) -> None:
+def write(outputs: Outputs, path: File, save: Callable[[Path], Any]) -> None:
     """Write an output that is wanted."""
     if path is not None:
-        with outputs.write(path) as part:
-            what(part)
+        with outputs.write(path) as temporary:
+            save(temporary)
 
 
 def say_written(outputs: Outputs, *, err: bool = False) -> None:
@@ -79,9 +79,9 @@ def parse_indenter(text: str) -> Any:
     """The shape a word describes; see `INDENTER_HELP`."""
     from bem.problem.indenter import CONE, PARABOLOID, PowerLaw
 
-    kind, _, exponent = text.partition(":")
+    shape, _, exponent = text.partition(":")
     try:
-        power = float(exponent) if kind == "power" else {"cone": CONE, "paraboloid": PARABOLOID}[text]
+        power = float(exponent) if shape == "power" else {"cone": CONE, "paraboloid": PARABOLOID}[text]
     except (KeyError, ValueError) as error:
         raise ValueError(f"indenter must be {INDENTER_HELP.rstrip('.')}; received {shown(text)}") from error
     return PowerLaw(power)
@@ -93,13 +93,13 @@ def parse_material(text: str) -> Any:
 
     if (entry := entry_of(text)) is not None:
         return entry.material
-    kind, _, details = text.partition(":")
+    model, _, details = text.partition(":")
     try:
-        if kind == "elastic" and not details:
+        if model == "elastic" and not details:
             return Elastic()
-        if kind == "sls":
+        if model == "sls":
             return StandardLinearSolid(float(details))
-        if kind == "prony":
+        if model == "prony":
             terms = [term.split("@") for term in details.split(",")]
             return PronySeries([float(c) for c, _ in terms], [float(t) for _, t in terms])
     except ValueError as error:
@@ -112,8 +112,8 @@ def entry_of(text: str) -> Any:
     """The only entry of the materials library whose name begins with these words; `None` if there is none."""
     from bem.materials_library import load, names
 
-    found = [name for name in names() if f"{name}_".startswith(f"{text}_")]
-    return load(found[0]) if len(found) == 1 else None
+    matches = [name for name in names() if f"{name}_".startswith(f"{text}_")]
+    return load(matches[0]) if len(matches) == 1 else None
 
 
 def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bool:
@@ -122,19 +122,19 @@ def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bo
     Raises:
         ValueError: both are given, or a part of either is missing.
     """
-    given = [name for name, value in cycle.items() if value is not None]
+    specified = [name for name, value in cycle.items() if value is not None]
     if (times is None) != (forces is None):
         raise ValueError(
             f"times and forces must be given together; received {'times' if forces is None else 'forces'} alone"
         )
-    if forces is not None and given:
+    if forces is not None and specified:
         raise ValueError(
-            f"either a cycle or times and forces must be given; received both, {', '.join(given)} and forces"
+            f"either a cycle or times and forces must be given; received both, {', '.join(specified)} and forces"
         )
-    missing = [name for name in cycle if name not in given]
+    missing = [name for name in cycle if name not in specified]
     if forces is None and missing:
         raise ValueError(
-            f"{', '.join(missing)} must be given, or times and forces; received {', '.join(given) or 'neither'}"
+            f"{', '.join(missing)} must be given, or times and forces; received {', '.join(specified) or 'neither'}"
         )
     return forces is not None
 
@@ -158,17 +158,17 @@ def parse_ratio(text: str) -> float | tuple[float, ...]:
 
 def parse_ranges(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
     """Read several of `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity."""
-    found: dict[str, tuple[float, float]] = {}
+    ranges: dict[str, tuple[float, float]] = {}
     for text in texts:
         name, _, bounds = map(str.strip, text.partition("="))
         low, colon, high = bounds.partition(":")
-        if name in found:
+        if name in ranges:
             raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
         try:
-            found[name] = float(low), float(high if colon else low)
+            ranges[name] = float(low), float(high if colon else low)
         except ValueError:
             raise ValueError(f"range must read NAME=LOW:HIGH or NAME=VALUE; received {shown(text)}") from None
-    return found
+    return ranges
 
 
 def parse_shard(text: str | None) -> tuple[int, int]:
@@ -196,13 +196,13 @@ def read_design_file(path: str | Path) -> dict[str, Any]:
     if not path.is_file():
         raise FileNotFoundError(f"design file not found; received {str(path)!r}")
     try:
-        content = read_toml(path)
+        settings = read_toml(path)
     except ValueError as error:
         raise ValueError(f"design file must be TOML; received {str(path)!r} ({error})") from error
-    known = ("design", "count", "seed", "accuracy", "modulus_ratio", "ranges")
-    unknown = sorted(set(content) - set(known))
+    keys = ("design", "count", "seed", "accuracy", "modulus_ratio", "ranges")
+    unknown = sorted(set(settings) - set(keys))
     if unknown:
-        raise ValueError(f"design file may hold {', '.join(known)}; received {shown(unknown[0])} in {str(path)!r}")
-    if not isinstance(content.get("ranges", {}), dict):
-        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(content['ranges'])}")
-    return content
+        raise ValueError(f"design file may hold {', '.join(keys)}; received {shown(unknown[0])} in {str(path)!r}")
+    if not isinstance(settings.get("ranges", {}), dict):
+        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(settings['ranges'])}")
+    return settings

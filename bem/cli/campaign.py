@@ -49,7 +49,7 @@ def campaign(
     from bem.dataset.run import run_campaign
     from bem.simulation import load_kernels
 
-    given = {
+    options = {
         "design": design,
         "count": count,
         "seed": seed,
@@ -59,7 +59,7 @@ def campaign(
         "counts": PHYSICAL if steps == "physical" else None,
     }
     settings = read_design_file(design_file) if design_file else {}
-    settings |= {name: value for name, value in given.items() if value is not None}
+    settings |= {name: value for name, value in options.items() if value is not None}
     bounds = settings.pop("ranges", {}) | parse_ranges(ranges or [])
     drawn = Design(settings.pop("design", "paper"), bounds, settings.pop("modulus_ratio", 0.1))
     plan = Campaign(design=drawn, native=native, shard=parse_shard(shard), **settings)
@@ -110,9 +110,9 @@ def verify(
     from bem.dataset.verification import verify as compare
 
     with progress_bar(sample, "differ") as progress:
-        found = compare(file, sample=sample, workers=workers, progress=progress)
-    typer.echo(str(found))
-    if not found.agrees:
+        verification = compare(file, sample=sample, workers=workers, progress=progress)
+    typer.echo(str(verification))
+    if not verification.agrees:
         raise typer.Exit(1)
 
 

@@ -128,16 +128,16 @@ def simulate_si(
         protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     plot = plot or default_picture("contact", as_json, csv, filmstrip, animate)
     arguments.require_pictures(plot, filmstrip, animate)
-    said = warnings.catch_warnings(record=True, action="always", category=EffectiveRangeWarning)
-    with one_sentence("bem"), Outputs(csv, plot, filmstrip, animate) as outputs, said as warned:
+    recording = warnings.catch_warnings(record=True, action="always", category=EffectiveRangeWarning)
+    with one_sentence("bem"), Outputs(csv, plot, filmstrip, animate) as outputs, recording as warned:
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         write(outputs, csv, curve.write)
         shown_first: Any = "indentation" if of_forces else "force"
-        write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
+        write(outputs, plot, lambda temporary: curve.plot(over_time=shown_first).savefig(temporary, dpi=150))
         if filmstrip or animate:  # a force curve has no profiles
             contact = run(setup.scene(), protocol, parse_accuracy(accuracy), profiles=arguments.FRAMES)
-            write(outputs, filmstrip, lambda part: contact.filmstrip(part, setup))
-            write(outputs, animate, lambda part: contact.animate(part, setup))
+            write(outputs, filmstrip, lambda temporary: contact.filmstrip(temporary, setup))
+            write(outputs, animate, lambda temporary: contact.animate(temporary, setup))
     for warning in warned or ():
         typer.echo(f"bem: {warning.message}", err=True)
     if as_json:
@@ -204,19 +204,19 @@ def fit(
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
-    known = _solid(material, modulus, poisson_ratio, retardation_time)
-    known |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
-    known = {name: value for name, value in known.items() if value is not None}
+    properties = _solid(material, modulus, poisson_ratio, retardation_time)
+    properties |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
+    properties = {name: value for name, value in properties.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
         measured = ForceCurve.read(curve, force_sign=force_sign, **how)
-        start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **known)
+        start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **properties)
         with _progress() as report:
             result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
         text = json.dumps(result.to_dict(), indent=1) + "\n"
-        write(outputs, out, lambda part: part.write_text(text, encoding="utf-8"))
+        write(outputs, out, lambda temporary: temporary.write_text(text, encoding="utf-8"))
         write(outputs, plot, result.plot)
     typer.echo(result.summary())
     say_written(outputs)
@@ -230,10 +230,10 @@ def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation
             f"retardation_time must not be given with {entry.name}, whose times are in seconds; received "
             f"{shown(retardation_time)}"
         )
-    known = {"material": parse_material(material), "relaxed_modulus": None, "poisson_ratio": 0.5}
-    known |= {} if entry is None else {name: getattr(entry, name) for name in ("relaxed_modulus", "poisson_ratio")}
-    given = {"relaxed_modulus": modulus, "poisson_ratio": poisson_ratio, "retardation_time": retardation_time}
-    return known | {name: value for name, value in given.items() if value is not None}
+    properties = {"material": parse_material(material), "relaxed_modulus": None, "poisson_ratio": 0.5}
+    properties |= {} if entry is None else {name: getattr(entry, name) for name in ("relaxed_modulus", "poisson_ratio")}
+    options = {"relaxed_modulus": modulus, "poisson_ratio": poisson_ratio, "retardation_time": retardation_time}
+    return properties | {name: value for name, value in options.items() if value is not None}
 
 
 def _range(text: str | None) -> tuple[str | None, str | None] | None:

@@ -77,20 +77,20 @@ class Job:
         # One failing case must not end the batch.
         try:
             trajectory = solver(*case, accuracy=self.accuracy)
-            known, results = self.kept(trajectory, case)
+            work, results = self.kept(trajectory, case)
         except Exception as error:
             return self.failed(index, f"{type(error).__name__}: {error}")
-        if not self._finite(known | results):
-            known = known if self._finite(known) else {}
-            return self.failed(index, "the solver returned numbers that are not finite", known)
+        if not self._finite(work | results):
+            work = work if self._finite(work) else {}
+            return self.failed(index, "the solver returned numbers that are not finite", work)
         if not trajectory.completed:
-            return self.failed(index, trajectory.status, known)
-        return {"index": index, "status": records.COMPLETED, "reason": ""} | known | results
+            return self.failed(index, trajectory.status, work)
+        return {"index": index, "status": records.COMPLETED, "reason": ""} | work | results
 
-    def failed(self, index: int, reason: str, known: Record | None = None) -> Record:
-        """The record of a trajectory without a result, and with what is `known` of it all the same."""
-        known = known or self.without_trajectory
-        return records.blank(self.layout) | known | {"index": index, "status": records.FAILED, "reason": reason}
+    def failed(self, index: int, reason: str, work: Record | None = None) -> Record:
+        """The record of a trajectory without a result, and with the `work` that was done for it."""
+        work = work or self.without_trajectory
+        return records.blank(self.layout) | work | {"index": index, "status": records.FAILED, "reason": reason}
 
     def _finite(self, values: Record) -> bool:
         checked = (numbers for path, numbers in values.items() if path.startswith(self.finite_in))
@@ -178,7 +178,7 @@ class Campaign(Job):
         return records.measured_layout(sum(self.counts), native=self.native)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {one.name: getattr(self, one.name) for one in fields(self)}  # without the protocols
+        return {field.name: getattr(self, field.name) for field in fields(self)}  # without the protocols
 
     def identity(self, solver: Solver | None = None) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -213,9 +213,9 @@ class Campaign(Job):
         return [
             (
                 Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()),
-                LoadingProtocol(**dict(zip(QUANTITIES[1:], rest, strict=True))),
+                LoadingProtocol(**dict(zip(QUANTITIES[1:], quantities, strict=True))),
             )
-            for ratio, tabor, *rest in zip(*columns, strict=True)
+            for ratio, tabor, *quantities in zip(*columns, strict=True)
         ]
 
     def inputs(self, indices: np.ndarray) -> dict[str, np.ndarray]:
@@ -225,10 +225,10 @@ class Campaign(Job):
     def kept(self, trajectory: Any, case: tuple[Scene, LoadingProtocol]) -> tuple[Record, Record]:
         """The work of any trajectory; what was measured of a completed one."""
         stats, jumps = trajectory.stats, trajectory.jumps
-        known = {f"scalars/{name}": getattr(stats, name) for name in ("steps", "rejections", "iterations", "nodes")}
-        known |= {"scalars/solver_seconds": stats.seconds, "scalars/jump_count": len(jumps)}
+        work = {f"scalars/{name}": getattr(stats, name) for name in ("steps", "rejections", "iterations", "nodes")}
+        work |= {"scalars/solver_seconds": stats.seconds, "scalars/jump_count": len(jumps)}
         if not trajectory.completed:
-            return known, {}
+            return work, {}
         scene, protocol = case
         drawn = {"tabor": scene.tabor} | {name: getattr(protocol, name) for name in QUANTITIES[1:]}
         times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts)
@@ -238,7 +238,7 @@ class Campaign(Job):
             results[f"jumps/{name}"] = np.array([getattr(jump, name) for jump in jumps], dtype=np.float64)
         if self.native:
             results |= {f"native/{name}": getattr(trajectory, name) for name in records.NATIVE_QUANTITIES}
-        return known, results
+        return work, results
 
     def read(self, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Arrays and root attributes of a complete data set; see `load_dataset` for its errors."""

@@ -31,7 +31,7 @@ from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinear
 from bem.problem.scene import Scene
 from bem.results.trajectory import Jump, Statistics, Trajectory
 
-FORMAT, WHAT = "viscoelastic-contact-cases", "file of cases"
+FORMAT, LABEL = "viscoelastic-contact-cases", "file of cases"
 ARRAYS = {"time": float, "indentation": float, "force": float, "contact_radius": float, "unloading": np.uint8}
 """The arrays of a trajectory, and their types in a file."""
 _VOCABULARY = (indenter, materials, protocols, scenes, tractions)
@@ -39,7 +39,7 @@ _LATER = ("spring", "indenter")  # fields of a scene that are left out where the
 LAYOUT = layout_of(
     {"outcome": object}
     | {f"scalars/{name}": np.float64 for name in RESULTS}
-    | {f"native/{name}": kind for name, kind in ARRAYS.items()}
+    | {f"native/{name}": dtype for name, dtype in ARRAYS.items()}
 )
 
 
@@ -112,12 +112,14 @@ class Cases(Job):
 
     def kept(self, trajectory: Any, _: tuple[Scene, Protocol]) -> tuple[Record, Record]:
         """The whole trajectory, also one that ends early; the results of a completed one."""
-        known = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {"outcome": outcome_text(trajectory)}
-        return known, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
+        histories = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {
+            "outcome": outcome_text(trajectory)
+        }
+        return histories, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
 
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file; see `load_cases` for its errors."""
-        return read_file(path, _cases, form=FORMAT, what=WHAT)[:2]
+        return read_file(path, _cases, form=FORMAT, label=LABEL)[:2]
 
 
 def load_cases(path: str | Path) -> list[Case]:
@@ -131,7 +133,7 @@ def load_cases(path: str | Path) -> list[Case]:
         DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
         ValueError: not such a file, or of another version of the format.
     """
-    return read_file(Path(path), _cases, form=FORMAT, what=WHAT)[2]
+    return read_file(Path(path), _cases, form=FORMAT, label=LABEL)[2]
 
 
 def _cases(columns: Columns, attributes: dict[str, Any], _: h5py.File) -> tuple[Columns, dict[str, Any], list[Case]]:
@@ -183,53 +185,56 @@ def restored(description: Any) -> Any:
     """
     if not isinstance(description, dict):
         return tuple(description) if isinstance(description, list) else description
-    kind = _public(description.get("type"))
-    names = [field.name for field in fields(kind) if field.name not in _LATER or field.name in description]
+    cls = _public(description.get("type"))
+    names = [field.name for field in fields(cls) if field.name not in _LATER or field.name in description]
     values = {name: restored(description[name]) for name in names}
     # Classes with a constructor of their own take their fields in order, perhaps under other names.
-    return kind(**values) if vars(kind)["__dataclass_params__"].init else kind(*values.values())
+    return cls(**values) if vars(cls)["__dataclass_params__"].init else cls(*values.values())
 
 
 def outcome_text(trajectory: Trajectory) -> str:
     """What a trajectory holds besides its arrays, as JSON."""
-    found = {name: getattr(trajectory, name) for name in ("status", "accuracy", "energy_balance")}
-    found["jumps"] = [_numbers(asdict(jump)) for jump in trajectory.jumps]
-    found["stats"] = asdict(trajectory.stats)
+    outcome = {name: getattr(trajectory, name) for name in ("status", "accuracy", "energy_balance")}
+    outcome["jumps"] = [_numbers(asdict(jump)) for jump in trajectory.jumps]
+    outcome["stats"] = asdict(trajectory.stats)
     # As files of before, which held no others.
     usual = {"spring": None, "by_force": False, "attraction": 1.0}
-    found |= {name: value for name, default in usual.items() if (value := getattr(trajectory, name)) != default}
-    return json.dumps(_numbers(found), allow_nan=False, default=lambda number: number.item())
+    outcome |= {name: value for name, default in usual.items() if (value := getattr(trajectory, name)) != default}
+    return json.dumps(_numbers(outcome), allow_nan=False, default=lambda number: number.item())
 
 
 def restored_trajectory(record: Mapping[str, Any]) -> Trajectory | None:
     """Return the trajectory of a record, of its outcome and the arrays in `native/`; `None` where there is none."""
-    found = json.loads(record["outcome"])
-    if found is None:
+    outcome = json.loads(record["outcome"])
+    if outcome is None:
         return None
     arrays: dict[str, Any] = {name: record[f"native/{name}"] for name in ARRAYS}
     arrays["unloading"] = arrays["unloading"].astype(bool)
-    found["jumps"] = tuple(Jump(**with_nan(Jump, jump)) for jump in found["jumps"])
-    found["stats"] = Statistics(**with_nan(Statistics, found["stats"]))
-    return Trajectory(**arrays, **found)
+    outcome["jumps"] = tuple(Jump(**with_nan(Jump, jump)) for jump in outcome["jumps"])
+    stats = outcome["stats"]
+    if "rung" in stats:  # as files of before called it
+        stats["method"] = stats.pop("rung")
+    outcome["stats"] = Statistics(**with_nan(Statistics, stats))
+    return Trajectory(**arrays, **outcome)
 
 
-def with_nan(kind: type, found: dict[str, Any]) -> dict[str, Any]:
+def with_nan(cls: type, stored: dict[str, Any]) -> dict[str, Any]:
     """The fields of a dataclass of which only some were found.
 
     A real number that is absent is NaN; anything else was not known yet when the file was written.
     """
-    known = {one.name: one.type for one in fields(kind)}
-    absent = {name: np.nan for name, type_ in known.items() if type_ == "float" and name not in found}
-    return absent | {name: value for name, value in found.items() if name in known}
+    types = {field.name: field.type for field in fields(cls)}
+    absent = {name: np.nan for name, type_ in types.items() if type_ == "float" and name not in stored}
+    return absent | {name: value for name, value in stored.items() if name in types}
 
 
 def _numbers(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if not (isinstance(value, float) and np.isnan(value))}
 
 
-def _public(name: Any, kind: type | None = None) -> type:
+def _public(name: Any, expected: type | None = None) -> type:
     for module in _VOCABULARY:
-        found = vars(module).get(name) if isinstance(name, str) else None
-        if isinstance(found, type) and is_dataclass(found) and kind in (None, found):
-            return found
+        cls = vars(module).get(name) if isinstance(name, str) else None
+        if isinstance(cls, type) and is_dataclass(cls) and expected in (None, cls):
+            return cls
     raise ValueError(f"scenes and protocols must be made of the public classes of bem; received {shown(name)}")

@@ -47,9 +47,9 @@ _LIMITS = {
 _CHECKED_AT_ONCE = 10_000  # protocols whose measurement steps are in memory at a time
 
 
-def agree(some: FloatArray, others: FloatArray) -> bool:
+def agree(first: FloatArray, second: FloatArray) -> bool:
     """Whether two draws of a quantity are the same but for the last digits, which depend on the processor."""
-    return np.allclose(some, others, rtol=1e-12, atol=0.0)
+    return np.allclose(first, second, rtol=1e-12, atol=0.0)
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,8 @@ class Design:
         seed = whole_number("seed", seed, low=0)
         columns = self._grid_nodes(count, seed) if self.name == "paper" else self._spread(count, seed)
         for first in range(0, count, _CHECKED_AT_ONCE):
-            part = slice(first, first + _CHECKED_AT_ONCE)
-            measurement_grid(**{name: columns[name][part] for name in QUANTITIES}, counts=FMS)
+            rows = slice(first, first + _CHECKED_AT_ONCE)
+            measurement_grid(**{name: columns[name][rows] for name in QUANTITIES}, counts=FMS)
         return columns
 
     def _grids(self) -> list[FloatArray]:

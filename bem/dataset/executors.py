@@ -176,8 +176,8 @@ class ClusterExecutor(Executor):
         async def require_scheduler() -> None:
             """Refuse a server of another kind, for which `Client` itself would wait for ever."""
             how = {"timeout": patience, "connection_args": distributed.Security().get_connection_args("client")}
-            async with asyncio.timeout(patience), distributed.rpc(reachable, **how) as one:
-                if "Scheduler" not in (await one.identity())["type"]:
+            async with asyncio.timeout(patience), distributed.rpc(reachable, **how) as connection:
+                if "Scheduler" not in (await connection.identity())["type"]:
                     raise ConnectionError
 
         try:
@@ -266,6 +266,6 @@ def results(job: Job, indices: np.ndarray, executor: Executor, solver: Solver | 
             arrival = Arrival([job.failed(index, reason) for index, _ in batch])
         if arrival.solver_version != SOLVER_VERSION:
             raise CampaignError("the workers run another version of the solver than this machine")
-        if rest := batch[len(arrival.records) :]:
-            batches.appendleft(rest)
+        if remaining := batch[len(arrival.records) :]:
+            batches.appendleft(remaining)
         yield arrival

@@ -75,9 +75,9 @@ class Dataset:
     @property
     def modulus_ratios(self) -> FloatArray:
         """Modulus ratio of each trajectory's solid, shape (n,)."""
-        one = self.attributes["campaign"]["modulus_ratio"]
+        ratio = self.attributes["campaign"]["modulus_ratio"]
         stored = self.columns.get("protocols/modulus_ratio")
-        return np.full(len(self), float(one)) if stored is None else stored
+        return np.full(len(self), float(ratio)) if stored is None else stored
 
     @property
     def steps(self) -> str:
@@ -121,9 +121,9 @@ def write_file(
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    kind = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
+    header = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
     with h5py.File(memory, "w", userblock_size=BLOCK) as file:
-        for name, value in (kind | dict(attributes)).items():
+        for name, value in (header | dict(attributes)).items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
         for name, values in columns.items():
             options: dict[str, Any] = {}
@@ -143,7 +143,7 @@ def read_file(
     build: Callable[[Columns, dict[str, Any], h5py.File], Any],
     *,
     form: str = FORMAT,
-    what: str = "data set",
+    label: str = "data set",
     native: bool = True,
 ) -> Any:
     """Read a sealed file: what `build` makes of its arrays, root attributes and the open file.
@@ -152,7 +152,7 @@ def read_file(
         path: the file.
         build: raises `DamagedFileError`, or any error, where the parts do not fit together.
         form: name of the format.
-        what: what the file should hold, for the message.
+        label: what the file should hold, for the message.
         native: whether to read the native histories too.
 
     Returns:
@@ -178,7 +178,7 @@ def read_file(
         except Exception as error:  # on a damaged file the library may raise any error
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
             wrong = str(error) if isinstance(error, DamagedFileError) else wrong
-            raise DamagedFileError(f"expected a complete {what}; received {str(path)!r}, {wrong}") from error
+            raise DamagedFileError(f"expected a complete {label}; received {str(path)!r}, {wrong}") from error
 
 
 def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
@@ -211,14 +211,14 @@ def check_attributes(attributes: Mapping[str, Any], identity: tuple[str, ...] = 
     Raises:
         DamagedFileError: as all functions here, naming the attribute or the array.
     """
-    for name, kind in ATTRIBUTES.items():
+    for name, cls in ATTRIBUTES.items():
         refuse(name not in attributes, f"without the attribute {name!r}")
-        refuse(not isinstance(attributes[name], kind), f"whose attribute {name!r} is {shown(attributes[name])}")
+        refuse(not isinstance(attributes[name], cls), f"whose attribute {name!r} is {shown(attributes[name])}")
     campaign = attributes["campaign"]
     for name in identity:
         refuse(name not in campaign, f"whose attribute 'campaign' lacks {name!r}")
-        stated, wanted = attributes.get(name, campaign[name]), campaign[name]
-        refuse(stated != wanted, f"whose attribute {name!r} is {shown(stated)}, and {shown(wanted)} in 'campaign'")
+        stated, expected = attributes.get(name, campaign[name]), campaign[name]
+        refuse(stated != expected, f"whose attribute {name!r} is {shown(stated)}, and {shown(expected)} in 'campaign'")
 
 
 def check_columns(columns: Columns, layout: Layout, count: int) -> None:
@@ -231,9 +231,9 @@ def check_columns(columns: Columns, layout: Layout, count: int) -> None:
     if "native" in groups:
         _check_array(columns, "native/offsets", "iu", (size + 1,))
         instants = int(columns["native/offsets"][-1])
-    for path, kind in layout.items():
+    for path, dtype in layout.items():
         rows = {"jumps": jumps, "native": instants}.get(path.partition("/")[0], size)
-        _check_array(columns, path, {"O": "O", "f": "iuf"}.get(kind.base.kind, "iu"), (rows, *kind.shape))
+        _check_array(columns, path, {"O": "O", "f": "iuf"}.get(dtype.base.kind, "iu"), (rows, *dtype.shape))
     index = columns["index"].astype(np.int64)
     refuse(size == 0, "without trajectories")
     outside = index[0] < 0 or index[-1] >= count
@@ -244,8 +244,8 @@ def check_columns(columns: Columns, layout: Layout, count: int) -> None:
     offsets = columns.get("native/offsets", np.zeros(1)).astype(np.int64)
     refuse(offsets[0] != 0 or np.any(np.diff(offsets) < 0), "whose /native/offsets do not increase from 0")
     for name in columns:
-        for holds, words in (RULES[place] for place in (name.partition("/")[0], name) if place in RULES):
-            refuse(~holds(columns[name]), f"whose /{name} is {words}")
+        for holds, fault in (RULES[key] for key in (name.partition("/")[0], name) if key in RULES):
+            refuse(~holds(columns[name]), f"whose /{name} is {fault}")
 
 
 def _check_array(columns: Columns, name: str, kinds: str, shape: tuple[int, ...]) -> None:
@@ -260,8 +260,8 @@ def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> D
     """Check a data set; native histories only where they were read."""
     check_attributes(attributes)
     identity, counts = attributes["campaign"], file["fms"].attrs["counts"].tolist()
-    wanted, version = identity["counts"], identity.get("steps_version", 1)
-    refuse(counts != wanted, f"whose measurement points are {shown(counts)} instead of {shown(wanted)}")
+    expected, version = identity["counts"], identity.get("steps_version", 1)
+    refuse(counts != expected, f"whose measurement points are {shown(counts)} instead of {shown(expected)}")
     steps = identity.get("steps", "uniform")
     refuse(steps not in STEPS, f"whose measurement steps are {shown(steps)}")
     older = "steps" in identity and version != STEPS_VERSION

@@ -28,23 +28,23 @@ MARK = bytes.fromhex("a7f3c2915be8460d9c1e72d4b03f58a6")
 _DIGEST = 32  # bytes
 
 
-def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+def differences(expected: Mapping[str, Any], stored: Mapping[str, Any]) -> str:
     """Say where two descriptions of a campaign differ; empty when they do not."""
-    names = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name)]
+    names = [name for name in {**expected, **stored} if expected.get(name) != stored.get(name)]
     if names == ["solver"]:
         return "it was made by another version of the solver"
-    return ", ".join(f"{name} {shown(found.get(name))} there and {shown(wanted.get(name))} here" for name in names)
+    return ", ".join(f"{name} {shown(stored.get(name))} there and {shown(expected.get(name))} here" for name in names)
 
 
-def _digest(path: Path, content: bytes) -> bytes:
-    return hashlib.sha256(path.suffixes[-2].encode() + content).digest()
+def _digest(path: Path, payload: bytes) -> bytes:
+    return hashlib.sha256(path.suffixes[-2].encode() + payload).digest()
 
 
 def _entries(path: Path, journal: bytes) -> Iterator[bytes | None]:
     """The contents of the entries of a `journal`, `None` for those that are damaged."""
     for entry in journal.split(MARK)[:-1]:
-        content = entry[_DIGEST:]
-        yield content if entry[:_DIGEST] == _digest(path, content) else None
+        payload = entry[_DIGEST:]
+        yield payload if entry[:_DIGEST] == _digest(path, payload) else None
 
 
 class Journal:
@@ -71,10 +71,10 @@ class Journal:
         self.damaged = 0
 
     def __enter__(self) -> Self:
-        others = self._others()
-        if others and not self.path.exists() and not self.replace:
-            theirs = next(_entries(others[0], others[0].read_bytes()), None)
-            why = differences(self.identity, json.loads(theirs)) if theirs else f"{str(others[0])!r} is damaged"
+        foreign = self._others()
+        if foreign and not self.path.exists() and not self.replace:
+            theirs = next(_entries(foreign[0], foreign[0].read_bytes()), None)
+            why = differences(self.identity, json.loads(theirs)) if theirs else f"{str(foreign[0])!r} is damaged"
             raise ValueError(
                 f"out must name a new file or the same campaign; received {str(self.out)!r}, where another one is "
                 f"under way and may be replaced with --replace: {why}"
@@ -91,8 +91,8 @@ class Journal:
         self._file.close()
 
     def _others(self) -> list[Path]:
-        found = self.out.parent.glob(f"{glob.escape(self.out.name)}.{16 * '[0-9a-f]'}.parts")
-        return sorted(path for path in found if path != self.path)
+        candidates = self.out.parent.glob(f"{glob.escape(self.out.name)}.{16 * '[0-9a-f]'}.parts")
+        return sorted(path for path in candidates if path != self.path)
 
     def _lock(self) -> None:
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -119,10 +119,10 @@ class Journal:
         if MARK not in journal:
             self._append(json.dumps(self.identity).encode())
 
-    def _append(self, content: bytes) -> None:
-        rest = _digest(self.path, content) + content + MARK
-        while rest:
-            rest = rest[self._file.write(rest) :]
+    def _append(self, payload: bytes) -> None:
+        remaining = _digest(self.path, payload) + payload + MARK
+        while remaining:
+            remaining = remaining[self._file.write(remaining) :]
         os.fsync(self._file.fileno())
 
     def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:

@@ -37,14 +37,16 @@ def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
     Raises:
         ValueError: naming what is allowed and what was received.
     """
-    given = list(counts) if np.iterable(counts) else []
-    whole = [int(count) for count in given if isinstance(count, int | np.integer) and not isinstance(count, bool)]
-    if not len(whole) == len(given) == 3 or any(count < least for count, least in zip(whole, (2, 0, 1), strict=True)):
+    entries = list(counts) if np.iterable(counts) else []
+    integers = [int(count) for count in entries if isinstance(count, int | np.integer) and not isinstance(count, bool)]
+    if not len(integers) == len(entries) == 3 or any(
+        count < least for count, least in zip(integers, (2, 0, 1), strict=True)
+    ):
         raise ValueError(
             "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
             f"received {shown(counts)}"
         )
-    return whole[0], whole[1], whole[2]
+    return integers[0], integers[1], integers[2]
 
 
 def measurement_grid(
@@ -78,8 +80,8 @@ def measurement_grid(
     n_load, n_dwell, n_unload = checked_counts(counts)
     if start_indentation is None:
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
-    given = (start_indentation, peak_indentation, loading_rate, dwell_time, unloading_rate)
-    columns = (np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis] for values in given)
+    quantities = (start_indentation, peak_indentation, loading_rate, dwell_time, unloading_rate)
+    columns = (np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis] for values in quantities)
     delta_0, delta_l, v_load, dwell, v_unload = np.broadcast_arrays(*columns)
     if np.any(backward := ~(delta_l > delta_0)):
         row = int(np.flatnonzero(backward)[0])
@@ -103,10 +105,10 @@ def measurement_grid(
     return times, indentations
 
 
-def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, known: FloatArray, name: str) -> None:
+def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, quantities: FloatArray, name: str) -> None:
     """Refuse instants (B, N) that coincide, and dwell `points` of protocols, of any shape, that have no dwell.
 
-    What is `known` (B, m) of each protocol, by its `name`, is shown.
+    The `quantities` (B, m) of each protocol are shown, by their `name`.
 
     Raises:
         ValueError: naming the protocol, or points and dwell.
@@ -120,5 +122,5 @@ def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, known:
         row = int(rises.all(axis=1).argmin())
         raise ValueError(
             "measurement times must be strictly increasing in double precision; received protocol "
-            f"{row} with {name} {', '.join(map(repr, known[row].tolist()))}"
+            f"{row} with {name} {', '.join(map(repr, quantities[row].tolist()))}"
         )

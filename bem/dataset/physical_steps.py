@@ -45,7 +45,7 @@ _DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
 _UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
 _FEATURES, _DEGREE = 6, 4
 _TERMS = chain.from_iterable(combinations_with_replacement(range(_FEATURES), size) for size in range(_DEGREE + 1))
-FACTORS = np.array([one + (_FEATURES,) * (_DEGREE - len(one)) for one in _TERMS])
+FACTORS = np.array([term + (_FEATURES,) * (_DEGREE - len(term)) for term in _TERMS])
 """Features that each term of the polynomial multiplies, shape (210, 4); the number 6 stands for a factor of 1."""
 _PLACE = np.array(
     json.loads(resources.files("bem.dataset").joinpath("pull_off_place.json").read_text())["coefficients"]
@@ -86,9 +86,9 @@ def physical_grid(
         raise ValueError(f"counts must ask for at least 8 unloading points; received {counts[2]}")
     if start_indentation is None:
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
-    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation, modulus_ratio)
-    protocols = np.empty((len(given), max(map(np.size, given))))
-    for row, values in enumerate(given):
+    quantities = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation, modulus_ratio)
+    protocols = np.empty((len(quantities), max(map(np.size, quantities))))
+    for row, values in enumerate(quantities):
         protocols[row] = values
     if not (sound := (protocols[6] > 0.0) & (protocols[6] <= 1.0)).all():
         StandardLinearSolid(float(protocols[6, sound.argmin()]))  # says what is allowed
@@ -129,18 +129,18 @@ def _spread(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
             + 0.5 * (positions[i] - positions[i - 1]) / (positions[n - 1] - positions[0])
             + 0.5 * abs(force[i] - force[i - 1]) / total
         )
-    wanted = np.arange(1, count + 1) / count * cumulated[n - 1]
-    found = np.interp(wanted, cumulated, positions)
-    found[count - 1] = positions[n - 1]
-    return found
+    levels = np.arange(1, count + 1) / count * cumulated[n - 1]
+    spread = np.interp(levels, cumulated, positions)
+    spread[count - 1] = positions[n - 1]
+    return spread
 
 
 @kernel
-def _after(room: float, features: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+def _after(room: float, features: np.ndarray, coefficients: np.ndarray, count: int) -> np.ndarray:
     """Offsets (count,) below the crossing, the last one down to the start."""
     expected = 0.0
-    for term in range(place.size):
-        product = place[term]
+    for term in range(coefficients.size):
+        product = coefficients[term]
         for factor in FACTORS[term]:
             product *= features[factor]
         expected += product
@@ -158,14 +158,14 @@ def _after(room: float, features: np.ndarray, place: np.ndarray, count: int) -> 
 
 @kernel
 def on_steps(
-    protocols: np.ndarray, counts: np.ndarray, place: np.ndarray
+    protocols: np.ndarray, counts: np.ndarray, coefficients: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Steps where the pull-off is expected by coefficients `place`.
+    """Steps where the pull-off is expected by the `coefficients` of a polynomial.
 
     Args:
         protocols: the five quantities, the start and the modulus ratio, float64 (7, B).
         counts: points of loading, dwell and unloading, (3,).
-        place: coefficients of the polynomial, (210,).
+        coefficients: (210,).
 
     Returns:
         instants and indentations (B, N), the crossings (B,), and the features of the polynomial with 1, (B, 7).
@@ -182,9 +182,9 @@ def on_steps(
         onset = (peak - start) / up
         turn = onset + dwelt
         for i in range(loading):
-            part = i / (loading - 1)
-            times[row, i] = onset * part
-            indentations[row, i] = start * (1.0 - part) + peak * part
+            share = i / (loading - 1)
+            times[row, i] = onset * share
+            indentations[row, i] = start * (1.0 - share) + peak * share
         memory = 0.0
         for i in range(1, _LOADING.size):
             high, low = peak * _LOADING[i], peak * _LOADING[i - 1]
@@ -206,7 +206,7 @@ def on_steps(
         before = max(int(BEFORE_CROSSING * unloading + 0.5), 1)
         travel = np.empty(unloading)
         travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
-        travel[before:] = (peak - crossing) + _after(room, features[row], place, unloading - before)
+        travel[before:] = (peak - crossing) + _after(room, features[row], coefficients, unloading - before)
         travel[unloading - 1] = peak - start
         times[row, loading + dwell :] = turn + travel / down
         indentations[row, loading + dwell :] = peak - travel
@@ -232,8 +232,8 @@ def _crossing(
         before = slope
         slope = 1.5 * np.sqrt(left) * rate + strength * rate * memory / down
         if force[i + 1] <= 0.0:
-            part = force[i] / (force[i] - force[i + 1])
-            where[i + 1] = where[i] + part * (where[i + 1] - where[i])
+            share = force[i] / (force[i] - force[i + 1])
+            where[i + 1] = where[i] + share * (where[i + 1] - where[i])
             force[i + 1] = 0.0
-            return peak - where[i + 1], before + part * (slope - before), i + 1
+            return peak - where[i + 1], before + share * (slope - before), i + 1
     return 0.0, slope, _UNLOADING.size - 1

@@ -33,22 +33,22 @@ Layout = Mapping[str, np.dtype]
 def layout_of(kinds: Mapping[str, Any]) -> Layout:
     """The layout of arrays of these types, and of those that are in every file."""
     every = {"index": np.int64, "status": np.uint8, "reason": object}
-    return {path: np.dtype(kind) for path, kind in (every | dict(kinds)).items()}
+    return {path: np.dtype(dtype) for path, dtype in (every | dict(kinds)).items()}
 
 
 def measured_layout(points: int, *, native: bool) -> Layout:
     """The layout of a data set of `points` measurement steps, with or without the solver's own histories."""
-    kinds = {"fms/force": (np.float32, points)} | {f"scalars/{name}": kind for name, kind in SCALARS.items()}
-    kinds |= {f"jumps/{name}": np.float64 for name in JUMP_QUANTITIES}
-    return layout_of(kinds | {f"native/{name}": np.float64 for name in NATIVE_QUANTITIES if native})
+    dtypes = {"fms/force": (np.float32, points)} | {f"scalars/{name}": dtype for name, dtype in SCALARS.items()}
+    dtypes |= {f"jumps/{name}": np.float64 for name in JUMP_QUANTITIES}
+    return layout_of(dtypes | {f"native/{name}": np.float64 for name in NATIVE_QUANTITIES if native})
 
 
 def blank(layout: Layout) -> Record:
     """A record without numbers: NaN for a real one, 0 for a whole one, no row of those that are many."""
     values: dict[str, Any] = {"f": np.nan, "O": ""}
     return {
-        path: np.empty(0) if _group(path) else np.full(kind.shape, values.get(kind.base.kind, 0), kind.base)[()]
-        for path, kind in layout.items()
+        path: np.empty(0) if _group(path) else np.full(dtype.shape, values.get(dtype.base.kind, 0), dtype.base)[()]
+        for path, dtype in layout.items()
     }
 
 
@@ -66,12 +66,12 @@ def tabulate(records: Iterable[Record], layout: Layout) -> Columns:
     """
     ordered = sorted(records, key=lambda record: record["index"])
     columns: Columns = {}
-    for path, kind in layout.items():
+    for path, dtype in layout.items():
         values = [record[path] for record in ordered]
         if not (group := _group(path)):
-            columns[path] = np.array(values, dtype=kind.base)
+            columns[path] = np.array(values, dtype=dtype.base)
             continue
-        columns[path] = np.concatenate([np.empty(0), *values]).astype(kind)
+        columns[path] = np.concatenate([np.empty(0), *values]).astype(dtype)
         lengths = [len(rows) for rows in values]
         if group == "jumps":
             columns["jumps/trajectory"] = np.repeat(columns["index"], lengths)

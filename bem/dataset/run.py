@@ -95,10 +95,10 @@ def run_campaign(
         if journal.path.exists():  # a process killed right after the file was in place could not remove it
             with suppress(CampaignError, ValueError), journal:
                 journal.remove()
-        found = summary_of(path, *complete)
-        if not (retry_failed and found.failures):
-            progress(found.count, found.failures.total())
-            return found
+        summary = summary_of(path, *complete)
+        if not (retry_failed and summary.failures):
+            progress(summary.count, summary.failures.total())
+            return summary
         journal = Journal(path, identity | {"retry_failed": True}, replace=replace)
     if path.absolute().parent.is_dir():  # others are made; a complete file is only read
         require_output(path)
@@ -121,10 +121,10 @@ def run_campaign(
         # The sum of each process's largest memory is an upper bound of what all held at once.
         cost = {"workers": executor.workers, "peak_memory": peak_memory() + executor.workers * memory}
         cost |= _joined(journal.costs, sum)
-        whole = tabulate(done.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
-        save_campaign(campaign, path, *whole, scratch=journal.path.with_suffix(".writing"))
+        contents = tabulate(done.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
+        save_campaign(campaign, path, *contents, scratch=journal.path.with_suffix(".writing"))
         journal.remove()
-    return summary_of(path, *whole, len(missing), journal.damaged)
+    return summary_of(path, *contents, len(missing), journal.damaged)
 
 
 def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
@@ -142,18 +142,18 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
     if out.absolute().parent.is_dir():
         require_output(out)
     records: dict[int, Record] = {}
-    found: list[dict[str, Any]] = []
+    origins: list[dict[str, Any]] = []
     for path in shards:
         dataset = load_dataset(path, native=True)
         theirs = {**dataset.attributes["campaign"], "shard": "1/1"}
-        if not found:
+        if not origins:
             identity, campaign = theirs, Campaign.of(theirs)
         if difference := differences(identity, theirs):
             raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
         if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
             shard = dataset.attributes["shard"]
             raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {shard}, a second time")
-        found.append(dataset.attributes)
+        origins.append(dataset.attributes)
         records |= {record["index"]: record for record in untabulate(dataset.columns, campaign.layout)}
     absent = sorted(set(range(identity["count"])) - records.keys())
     if absent:
@@ -163,18 +163,18 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
         )
     # A merged file of this campaign is made anew: its shards may have been completed since.
     existing(campaign, out, identity, replace=replace)
-    cost = {"workers": sum(one["workers"] for one in found)} | _joined(found, max)
-    cost["peak_memory"] = max(one.get("peak_memory", 0) for one in found)
-    whole = tabulate(records.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
-    save_campaign(campaign, out, *whole)
-    return summary_of(out, *whole)
+    cost = {"workers": sum(origin["workers"] for origin in origins)} | _joined(origins, max)
+    cost["peak_memory"] = max(origin.get("peak_memory", 0) for origin in origins)
+    contents = tabulate(records.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
+    save_campaign(campaign, out, *contents)
+    return summary_of(out, *contents)
 
 
-def _joined(parts: Sequence[Mapping[str, Any]], wall: Callable[[list[float]], float]) -> dict[str, Any]:
+def _joined(entries: Sequence[Mapping[str, Any]], wall: Callable[[list[float]], float]) -> dict[str, Any]:
     """Cost and origin of parts; `wall` is `sum` where one was computed after the other, `max` where side by side."""
-    seconds = {name: of([part[name] for part in parts]) for name, of in zip(SECONDS, (wall, sum), strict=True)}
+    seconds = {name: of([entry[name] for entry in entries]) for name, of in zip(SECONDS, (wall, sum), strict=True)}
     names = ("versions", "host", "git_revision")
-    return seconds | merged({name: part[name] for name in names if name in part} for part in parts)
+    return seconds | merged({name: entry[name] for name in names if name in entry} for entry in entries)
 
 
 def followed(path: Path) -> Path:
@@ -212,9 +212,9 @@ def save_campaign(
         CampaignError: it could not be written.
     """
     try:
-        whole = campaign.inputs(columns["index"]) | columns
+        stored = campaign.inputs(columns["index"]) | columns
         stated = {name: attributes["campaign"][name] for name in campaign.stated}
-        write_file(path, whole, stated | attributes, scratch, form=campaign.form)
+        write_file(path, stored, stated | attributes, scratch, form=campaign.form)
     except OSError as error:
         kept = "; what was computed is kept, and the same command continues" if scratch else ""
         raise CampaignError(f"cannot write {str(path)!r} ({error.strerror or error}){kept}") from error

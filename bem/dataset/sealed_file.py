@@ -56,15 +56,15 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     received = f"expected a data set of format {form!r}, version {FORMAT_VERSION}; received {str(path)!r}"
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
-        with path.open("rb") as content:
-            first = _begin(content, BLOCK)
+        with path.open("rb") as stream:
+            first = _begin(stream, BLOCK)
             if first.startswith(_HDF5):
                 raise ValueError(f"{received}, an HDF5 file of another kind, or without the checksum of a data set")
             # A file that is cut within the title counts too.
             if not TITLE.startswith(first[: len(TITLE)]):
                 raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
-            intact = first == _block(content)
-            if not intact and _is_written_to(content):
+            intact = first == _block(stream)
+            if not intact and _is_written_to(stream):
                 raise ValueError(f"{received}, which another program is writing or has not finished")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
@@ -76,10 +76,10 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
         raise damaged from error
     with file:
         try:
-            found, number = file.attrs.get("format"), file.attrs.get("format_version")
+            name, number = file.attrs.get("format"), file.attrs.get("format_version")
         except Exception as error:
             raise damaged from error
-        if not isinstance(found, str) or found != form:
+        if not isinstance(name, str) or name != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
         if not isinstance(number, np.integer) or number != FORMAT_VERSION:
             number = number.item() if isinstance(number, np.generic) else number
@@ -110,21 +110,21 @@ def arrays(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
         yield path, item
 
 
-def _begin(content: BinaryIO, size: int) -> bytes:
-    content.seek(0)
-    return content.read(size)
+def _begin(stream: BinaryIO, size: int) -> bytes:
+    stream.seek(0)
+    return stream.read(size)
 
 
-def _block(content: BinaryIO) -> bytes:
+def _block(stream: BinaryIO) -> bytes:
     """The first block that belongs to the other bytes of a file."""
     digest = hashlib.sha256()
-    content.seek(BLOCK)
-    while part := content.read(2**20):
-        digest.update(part)
+    stream.seek(BLOCK)
+    while chunk := stream.read(2**20):
+        digest.update(chunk)
     return (TITLE + digest.hexdigest().encode() + b"\n").ljust(BLOCK, b"\0")
 
 
-def _is_written_to(content: BinaryIO) -> bool:
+def _is_written_to(stream: BinaryIO) -> bool:
     """Whether the HDF5 library has marked a file as open for writing, in the superblock behind the first block."""
-    superblock = _begin(content, BLOCK + 24)[BLOCK:]
+    superblock = _begin(stream, BLOCK + 24)[BLOCK:]
     return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1

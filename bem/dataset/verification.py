@@ -103,7 +103,7 @@ def verify(
     written = untabulate(dataset.columns, campaign.layout)
     chosen = {written[row]["index"]: (written[row], indentations[row]) for row in np.sort(rows)}
     allowed = 2.0 * resolve_accuracy(campaign.accuracy).target
-    found: dict[int, tuple[dict[str, float], bool]] = {}
+    comparisons: dict[int, tuple[dict[str, float], bool]] = {}
     disagreeing = 0
     with LocalExecutor(workers) as executor:
         progress(0, 0, len(chosen))
@@ -111,13 +111,13 @@ def verify(
             for record in arrival.records:
                 theirs, path_of_it = chosen[record["index"]]
                 apart = differences(record, theirs, path_of_it)
-                found[record["index"]] = apart, identical(record, theirs)
+                comparisons[record["index"]] = apart, identical(record, theirs)
                 disagreeing += max(apart.values()) > allowed
-            progress(len(found), disagreeing, len(chosen))
+            progress(len(comparisons), disagreeing, len(chosen))
     return Verification(
         indices=np.array(list(chosen)),
-        differences={name: np.array([found[index][0][name] for index in chosen]) for name in JUDGED},
-        identical=np.array([found[index][1] for index in chosen]),
+        differences={name: np.array([comparisons[index][0][name] for index in chosen]) for name in JUDGED},
+        identical=np.array([comparisons[index][1] for index in chosen]),
         allowed=allowed,
     )
 
@@ -132,17 +132,17 @@ def differences(ours: Record, theirs: Record, indentation: FloatArray) -> dict[s
     """
     if ours["status"] == theirs["status"] == FAILED:
         return dict.fromkeys(JUDGED, 0.0)
-    force, other = (np.asarray(one["fms/force"], dtype=np.float64) for one in (ours, theirs))
+    force, their_force = (np.asarray(record["fms/force"], dtype=np.float64) for record in (ours, theirs))
     names = ("scalars/pull_off_force", "scalars/hysteresis")
-    results = np.array([[one[name] for name in names] for one in (ours, theirs)])
+    results = np.array([[record[name] for name in names] for record in (ours, theirs)])
     # A trajectory that failed once, or is not finite, agrees with nothing.
-    if not all(np.all(np.isfinite(values)) for values in (force, other, results)):
+    if not all(np.all(np.isfinite(values)) for values in (force, their_force, results)):
         return dict.fromkeys(JUDGED, np.inf)
-    exchanged = np.sum(0.5 * np.abs(other[1:] + other[:-1]) * np.abs(np.diff(indentation)))
-    outside = max(_outside(force, other), _outside(other, force), 0.0)
-    errors = (*np.abs(results[0] - results[1]), np.mean(np.abs(force - other)), outside)
+    exchanged = np.sum(0.5 * np.abs(their_force[1:] + their_force[:-1]) * np.abs(np.diff(indentation)))
+    outside = max(_outside(force, their_force), _outside(their_force, force), 0.0)
+    errors = (*np.abs(results[0] - results[1]), np.mean(np.abs(force - their_force)), outside)
     pull_off_force, hysteresis = np.abs(results[1])
-    scales = (pull_off_force, max(hysteresis, NEARLY_CLOSED * exchanged), np.ptp(other), np.ptp(other))
+    scales = (pull_off_force, max(hysteresis, NEARLY_CLOSED * exchanged), np.ptp(their_force), np.ptp(their_force))
     return {name: float(e / max(s, 1e-300)) for name, e, s in zip(JUDGED, errors, scales, strict=True)}
 
 
@@ -153,7 +153,7 @@ def identical(ours: Record, theirs: Record) -> bool:
     return same and all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in numbers)
 
 
-def _outside(force: FloatArray, other: FloatArray) -> float:
+def _outside(force: FloatArray, reference: FloatArray) -> float:
     """Largest distance of a force (N,) from the range of another one at the same step and its two neighbours."""
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(other, 1, mode="edge"), 3)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(reference, 1, mode="edge"), 3)
     return float(np.max(np.maximum(around.min(axis=1) - force, force - around.max(axis=1))))

@@ -220,14 +220,14 @@ class ForceCurve(Tabular):
         """
         from matplotlib.ticker import EngFormatter
 
-        from bem.results.plots import STRETCHED, Line, Top, colour_of, draw_curve, top_words
+        from bem.results.plots import STRETCHED, Line, Top, colour_of, draw_curve, top_label
 
         units = {name: EngFormatter(unit) for name, unit in _UNITS.items()}
         deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
         largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
-        words = f"{top_words(self.detached)} {largest}"
+        words = f"{top_label(self.detached)} {largest}"
         top = Top(self.time[at], self.indentation[at], self.force[at], words, bool(self.detached))
         labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}

@@ -79,33 +79,33 @@ def load(name: str | Path) -> Entry:
             )
         path = FOLDER / f"{name}.toml"
     try:
-        content = read_toml(path)
+        table = read_toml(path)
     except ValueError as error:
         raise ValueError(f"Expected a TOML file of a material; received {path} ({error})") from error
     for key in (*TEXTS, "relaxed_modulus", "poisson_ratio"):
-        if key not in content:
-            raise ValueError(f"Expected {key} in {path}; received {sorted(content)}")
-    unknown = sorted(set(content) - {*TEXTS, *_OPTIONAL, *_NUMBERS})
+        if key not in table:
+            raise ValueError(f"Expected {key} in {path}; received {sorted(table)}")
+    unknown = sorted(set(table) - {*TEXTS, *_OPTIONAL, *_NUMBERS})
     if unknown:
         raise ValueError(f"Expected no other keys in {path} than those of the library; received {unknown}")
-    for expected, kind, keys in (("text", str, (*TEXTS, *_OPTIONAL)), ("a table", dict, ("prony", "wlf"))):
+    for expected, cls, keys in (("text", str, (*TEXTS, *_OPTIONAL)), ("a table", dict, ("prony", "wlf"))):
         for key in keys:
-            if not isinstance(content.get(key, kind()), kind):
-                raise ValueError(f"{key} must be {expected} in {path}; received {shown(content[key])}")
-    relaxed = finite_number("relaxed_modulus", content["relaxed_modulus"], above=0.0)
-    interval = content.get("relaxed_modulus_interval")
-    wlf = content.get("wlf")
+            if not isinstance(table.get(key, cls()), cls):
+                raise ValueError(f"{key} must be {expected} in {path}; received {shown(table[key])}")
+    relaxed = finite_number("relaxed_modulus", table["relaxed_modulus"], above=0.0)
+    interval = table.get("relaxed_modulus_interval")
+    wlf = table.get("wlf")
     return Entry(
         name=path.stem,
-        **{key: content[key] for key in TEXTS},
+        **{key: table[key] for key in TEXTS},
         relaxed_modulus=relaxed,
         relaxed_modulus_interval=None
         if interval is None
         else tuple(finite_vector("relaxed_modulus_interval", interval)),
-        poisson_ratio=finite_number("poisson_ratio", content["poisson_ratio"], low=0.0, high=0.5),
-        material=_material(content.get("prony"), relaxed, path),
+        poisson_ratio=finite_number("poisson_ratio", table["poisson_ratio"], low=0.0, high=0.5),
+        material=_material(table.get("prony"), relaxed, path),
         wlf=None if wlf is None else tuple(finite_number(key, wlf.get(key)) for key in ("reference", "c1", "c2")),
-        notes={key: content[key] for key in _OPTIONAL if key in content},
+        notes={key: table[key] for key in _OPTIONAL if key in table},
     )
 
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
 from bem._support.validation import finite_number, instance, whole_number
 from bem.methods.boundary_elements.equilibrium import residual_of
@@ -108,9 +108,9 @@ def simulate_paper_method(
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
     corners, depths = np.array(history.times), np.array(history.indentations)
-    work, by_segment = in_python(new_work)(budget), np.zeros(corners.size - 1, np.int64)
+    work, by_segment = uncompiled(new_work)(budget), np.zeros(corners.size - 1, np.int64)
     none, of_past = np.empty(0), (np.empty(1024), np.empty((1024, nodes)))
-    course = _Course(in_python(new_records)(), none, none, none, *of_past, 0, 0.0, -1, 0.0, 0.0, PAUSED)
+    course = _Course(uncompiled(new_records)(), none, none, none, *of_past, 0, 0.0, -1, 0.0, 0.0, PAUSED)
     interface = interface_of(tabor, scene.adhesion)
     while course.outcome == PAUSED:
         course = _march(interface, mesh, strengths, times, corners, depths, steps, course, by_segment, next_slice(work))
@@ -244,8 +244,8 @@ def _march(
             at_end = now + 1.0000001 * step >= duration
             after = duration if at_end else now + step
             instant = corners[segment] + after
-            part = after / duration
-            depth = depths[segment] * (1.0 - part) + depths[segment + 1] * part
+            share = after / duration
+            depth = depths[segment] * (1.0 - share) + depths[segment + 1] * share
             total, displaced = np.zeros(n), np.zeros(n)
             for m in range(past):  # sum_m C(now - t_m) (sigma_m - sigma_(m-1))
                 compliance = 1.0

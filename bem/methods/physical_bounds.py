@@ -17,10 +17,10 @@ from collections.abc import Hashable
 
 import numpy as np
 
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem._support.validation import FloatArray
 from bem.methods.closed_forms import dmt, jkr
-from bem.methods.records import COMPLETED, DETACHED, NOT_BALANCED, NOT_FINITE, TOO_MUCH_TENSION, UNPHYSICAL, Marched
+from bem.methods.records import COMPLETED, DETACHED, NOT_BALANCED, NOT_FINITE, TOO_MUCH_TENSION, UNPHYSICAL, MarchResult
 from bem.problem.indenter import PARABOLOID
 from bem.problem.scene import Scene
 from bem.problem.tractions import GAP_AT_PEAK, HardContact, LennardJones, TractionLaw, traction
@@ -60,14 +60,14 @@ def rigid_tension(tabor: float, exponent: float, adhesion: LennardJones | Tracti
 
 def _traction(adhesion: LennardJones | TractionLaw, gap: FloatArray) -> FloatArray:
     if not isinstance(adhesion, TractionLaw):
-        return np.asarray(in_python(traction)(gap))
+        return np.asarray(uncompiled(traction)(gap))
     first, last, (scale, unit) = adhesion.breaks[0], adhesion.breaks[-1], adhesion.repulsion
-    pressed = scale * in_python(traction)(1.0 + (np.minimum(gap, first) - 1.0) / unit)
+    pressed = scale * uncompiled(traction)(1.0 + (np.minimum(gap, first) - 1.0) / unit)
     inside = adhesion.traction(np.clip(gap, first, last).ravel()).reshape(gap.shape)
     return np.where(gap < first, pressed, np.where(gap < last, inside, 0.0))
 
 
-def within_bounds(result: Marched, scene: Scene, least_force: float, target: float) -> Marched:
+def within_bounds(result: MarchResult, scene: Scene, least_force: float, target: float) -> MarchResult:
     """The result, with the outcome that says which bound it breaks where it was completed and breaks one.
 
     Args:

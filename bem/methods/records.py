@@ -60,7 +60,7 @@ class Records(NamedTuple):
     filled: np.ndarray  # (4,) int64: rows of states, of jumps and of profiles in use, and the number of profiles
 
 
-class Marched(NamedTuple):
+class MarchResult(NamedTuple):
     """A protocol that was followed, or the part of it that could be."""
 
     records: np.ndarray  # (n,) of `RECORD`
@@ -190,12 +190,12 @@ def columns_of(records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray,
 
 def profiles_of(rows: np.ndarray, instants: np.ndarray, tabor: float, exponent: float) -> Profiles:
     """The profiles in rows of `PROFILE`, at the first of the `instants` (p,) that were reached."""
-    parts = np.split(rows, np.flatnonzero(np.diff(rows["number"])) + 1) if len(rows) else []
-    table = np.full((3, len(parts), max(map(len, parts), default=0)), np.nan)
-    for number, part in enumerate(parts):
-        table[:, number, : len(part)] = part["radius"], part["gap"], part["traction"] / tabor
-    depth, force = (np.array([part[name][0] for part in parts]) for name in ("indentation", "force"))
-    return Profiles(instants[: len(parts)], depth, force, *table, tabor, exponent)
+    profiles = np.split(rows, np.flatnonzero(np.diff(rows["number"])) + 1) if len(rows) else []
+    table = np.full((3, len(profiles), max(map(len, profiles), default=0)), np.nan)
+    for number, profile in enumerate(profiles):
+        table[:, number, : len(profile)] = profile["radius"], profile["gap"], profile["traction"] / tabor
+    depth, force = (np.array([profile[name][0] for profile in profiles]) for name in ("indentation", "force"))
+    return Profiles(instants[: len(profiles)], depth, force, *table, tabor, exponent)
 
 
 def with_peaks(records: np.ndarray, unloading: np.ndarray, highest: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
@@ -218,13 +218,13 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray, highest: float = np.i
     positions, rows = [], []
     for i in tops.tolist():
         first = i - 2 if i >= 2 and smooth[i - 2] else i - 1
-        found = _top((time[first : i + 2] - time[i]).tolist(), (force[first : i + 2] - force[i]).tolist())
-        if found is None or force[i] + found[1] > highest:
+        top = _top((time[first : i + 2] - time[i]).tolist(), (force[first : i + 2] - force[i]).tolist())
+        if top is None or force[i] + top[1] > highest:
             continue
-        after, rise = found
+        after, rise = top
         side = i - 1 if after < 0.0 else i + 1
-        part = after / (time[side] - time[i])
-        row = table[i] + part * (table[side] - table[i])
+        share = after / (time[side] - time[i])
+        row = table[i] + share * (table[side] - table[i])
         if not time[min(i, side)] < row[0] < time[max(i, side)]:
             continue
         row[2] = force[i] + rise

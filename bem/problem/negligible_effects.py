@@ -32,7 +32,7 @@ SHARE = 0.1  # of the wanted error
 _STEEPEST = 12.0  # fall of the force of rigid surfaces with the gap, in pi R dgamma / h0, up to their contact
 
 
-class Lighter(NamedTuple):
+class SimplifiedScene(NamedTuple):
     """A scene without what is too small to matter."""
 
     scene: Scene
@@ -59,18 +59,18 @@ def without_terms(scene: Scene, relaxed: np.ndarray, frozen: np.ndarray) -> Scen
     return replace(scene, tabor=scene.tabor * left ** (2.0 / 3.0), material=material)
 
 
-def lighter_scene(
+def simplified_scene(
     scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol, target: float, glassy: bool = False
-) -> Lighter:
+) -> SimplifiedScene:
     """The scene without the effects whose bounds add up to less than a tenth of the `target`, smallest first.
 
     Without adhesion nothing is left out: closed forms take what there is; and nothing beside an indenter other than the
     paraboloid, of which the bounds are. `glassy` is whether the surfaces have met just before the start.
     """
     material, allowed = scene.material, SHARE * target
-    whole = isinstance(scene.adhesion, HardContact) or scene.indenter is not None
-    if whole or (material.strengths.size == 0 and scene.spring is None):
-        return Lighter(scene, (), 0.0)
+    irreducible = isinstance(scene.adhesion, HardContact) or scene.indenter is not None
+    if irreducible or (material.strengths.size == 0 and scene.spring is None):
+        return SimplifiedScene(scene, (), 0.0)
     strengths, times, k = material.strengths, material.times, material.modulus_ratio
     if isinstance(path, ForceProtocol):
         radius, fastest, gap = math.inf, math.inf, 0.0
@@ -98,5 +98,5 @@ def lighter_scene(
         reason = "small" if bounds[i] == small[i] else "slow" if frozen[i] else "fast"
         left_out.append(f"{reason} term of strength {strengths[i]:g} and time {times[i]:g}")
     if not left_out:
-        return Lighter(scene, (), 0.0)
-    return Lighter(without_terms(replace(scene, spring=spring), relaxed, frozen), tuple(left_out), error)
+        return SimplifiedScene(scene, (), 0.0)
+    return SimplifiedScene(without_terms(replace(scene, spring=spring), relaxed, frozen), tuple(left_out), error)

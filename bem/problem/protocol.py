@@ -39,16 +39,16 @@ def default_start_indentation(tabor: float | FloatArray) -> float | FloatArray:
 def _checked_pairs(name: str, times: ArrayLike, values: ArrayLike, largest: float) -> tuple[FloatArray, FloatArray]:
     """Instants and values of a history, as many of each, both (n,) and read-only."""
     instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
-    found = finite_vector(name, values, at_least=2)
+    checked = finite_vector(name, values, at_least=2)
     if len(instants) > MOST_INSTANTS:
         raise ValueError(
             f"times must be at most {MOST_INSTANTS} instants, between which {name} are linear; received {len(instants)}"
         )
-    if len(instants) != len(found):
-        raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(found)}")
-    if np.max(np.abs(found)) > largest:
-        raise ValueError(f"{name} must lie within +-{largest:g}; received {float(np.max(np.abs(found)))!r}")
-    return instants, found
+    if len(instants) != len(checked):
+        raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(checked)}")
+    if np.max(np.abs(checked)) > largest:
+        raise ValueError(f"{name} must lie within +-{largest:g}; received {float(np.max(np.abs(checked)))!r}")
+    return instants, checked
 
 
 def _phases(changes: FloatArray) -> tuple[Phase, ...]:
@@ -204,8 +204,8 @@ class LoadingProtocol:
                 f"received {peak!r}"
             )
         t0, t1, t2, t3 = self.phase_times(tabor)
-        for phase, begin, end, wanted in (("dwell", t1, t2, self.dwell_time > 0.0), ("unloading", t2, t3, True)):
-            if wanted and not end > begin:
+        for phase, begin, end, exists in (("dwell", t1, t2, self.dwell_time > 0.0), ("unloading", t2, t3, True)):
+            if exists and not end > begin:
                 raise ValueError(
                     f"the {phase} phase must outlast the rounding of its start time {begin!r}; received {shown(self)}"
                 )

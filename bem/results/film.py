@@ -133,9 +133,9 @@ def draw_filmstrip(trajectory: Any, setup: Any = None) -> Figure:
         panels.append(figure.add_subplot(grid[0, column]))
         view.draw(panels[-1], number, labels=column == 0)
         panels[-1].set_title(f"{column + 1}  {name}", fontsize=8)
-        place = (np.interp(profiles.time[number], *axis_of_phases(trajectory)), units.force * profiles.force[number])
-        history.plot(*place, "o", color="white", markeredgecolor=PULL_OFF, markersize=10, zorder=3)
-        history.annotate(str(column + 1), place, ha="center", va="center", fontsize=7, zorder=4)
+        position = (np.interp(profiles.time[number], *axis_of_phases(trajectory)), units.force * profiles.force[number])
+        history.plot(*position, "o", color="white", markeredgecolor=PULL_OFF, markersize=10, zorder=3)
+        history.annotate(str(column + 1), position, ha="center", va="center", fontsize=7, zorder=4)
     view.add_bar(figure, panels)
     mark_phases(history, units.time * trajectory.corners, units.corner)
     return figure
@@ -196,9 +196,9 @@ class _View:
         """Draw one profile, mirrored about the axis."""
         from matplotlib.collections import LineCollection
 
-        known = np.isfinite(self.radius[number])
+        finite = np.isfinite(self.radius[number])
         radius, surface, traction = (
-            np.concatenate([sign * values[number, known][:0:-1], values[number, known]])
+            np.concatenate([sign * values[number, finite][:0:-1], values[number, finite]])
             for values, sign in ((self.radius, -1.0), (self.surface, 1.0), (self.traction, 1.0))
         )
         beyond = np.linspace(radius[-1], max(self.reach, radius[-1]), 9)[1:]

@@ -54,7 +54,7 @@ class Top:
     time: float
     indentation: float
     force: float
-    words: str
+    label: str
     detached: bool
 
 
@@ -132,15 +132,15 @@ def draw_curve(
         for axes, *position in ((history, at, getattr(top, over_time)), (loop, top.indentation, top.force)):
             axes.plot(*position, "o" if top.detached else "", color=PULL_OFF, markersize=5)
         # The label lies inside the axes also where the contact is pulled off at their left end.
-        labelled, place = (history, (at, top.force)) if over_time == "force" else (loop, (top.indentation, top.force))
+        labelled, anchor = (history, (at, top.force)) if over_time == "force" else (loop, (top.indentation, top.force))
         left, right = labelled.get_xlim()
-        leftmost = place[0] - left < 0.4 * (right - left)
+        leftmost = anchor[0] - left < 0.4 * (right - left)
         style = {
             "xytext": (8 if leftmost else -8, 6 if top.force > 0.0 else -16),
             "textcoords": "offset points",
             "color": PULL_OFF,
         }
-        labelled.annotate(top.words, place, ha="left" if leftmost else "right", **style)
+        labelled.annotate(top.label, anchor, ha="left" if leftmost else "right", **style)
     for number, jump in enumerate(jumps):
         loop.plot(*jump, ":", color=JUMP, linewidth=2.0, label=None if number else "jump")
     if loop.get_legend_handles_labels()[0]:
@@ -212,10 +212,10 @@ def top_of(trajectory: Any) -> Top | None:
         return None
     at, largest = trajectory.pull_off_time, trajectory.pull_off_force
     depth = float(trajectory.indentation[trajectory.time.searchsorted(at)])
-    return Top(at, depth, largest, f"{top_words(trajectory.detached)} {largest:.4g}", trajectory.detached)
+    return Top(at, depth, largest, f"{top_label(trajectory.detached)} {largest:.4g}", trajectory.detached)
 
 
-def top_words(detached: bool | None) -> str:
+def top_label(detached: bool | None) -> str:
     """What the largest tension of a contact is called that let go, that did not, or of which that is not known."""
     return {True: "pull-off", False: "not detached; largest tension", None: "largest tension"}[detached]
 
@@ -265,7 +265,7 @@ def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] 
     axes.figure.draw_without_rendering()
     boxes, kept = [label.get_window_extent().padded(2.0, 0.0) for label in axes.get_xticklabels()], list[int]()
     for number in (len(at) - 1, *range(len(at) - 1)):
-        if not any(boxes[number].overlaps(boxes[one]) or texts[number] == texts[one] for one in kept):
+        if not any(boxes[number].overlaps(boxes[earlier]) or texts[number] == texts[earlier] for earlier in kept):
             kept.append(number)
     axes.set_xticks(at, [text if number in kept else "" for number, text in enumerate(texts)])
     axes.grid(axis="x", color="0.9", linewidth=0.8)
@@ -273,11 +273,11 @@ def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] 
 
 def _texts(values: FloatArray, written: Callable[[float], str]) -> list[str]:
     """Increasing values with as many digits, three at least, as leave of the steps between them what they are."""
-    steps, found = np.diff(values), []
+    steps, texts = np.diff(values), []
     for value, step in zip(values, np.minimum(np.append(steps, np.inf), np.insert(steps, 0, np.inf)), strict=True):
         rounded = (float(f"{value:.{digits}g}") for digits in range(3, 17))
-        found.append(written(next((one for one in rounded if abs(one - value) <= 0.25 * step), float(value))))
-    return found
+        texts.append(written(next((number for number in rounded if abs(number - value) <= 0.25 * step), float(value))))
+    return texts
 
 
 def smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -291,13 +291,13 @@ def smooth(trajectory: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     time, share = trajectory.time, np.arange(1, POINTS_BETWEEN + 1) / (POINTS_BETWEEN + 1)
     between = (time[:-1, None] + share * np.diff(time)[:, None]).ravel()
-    place = np.repeat(np.arange(1, len(time)), POINTS_BETWEEN)
+    rows = np.repeat(np.arange(1, len(time)), POINTS_BETWEEN)
     indentation = (trajectory.indentation[:-1, None] + share * np.diff(trajectory.indentation)[:, None]).ravel()
     # Between the two records of a jump the line breaks.
     jumped = np.repeat(np.diff(time) == 0.0, POINTS_BETWEEN)
     force = np.where(jumped, np.nan, trajectory.at(between))
     return (
-        np.insert(time, place, between),
-        np.insert(trajectory.indentation, place, indentation),
-        np.insert(trajectory.force, place, force),
+        np.insert(time, rows, between),
+        np.insert(trajectory.indentation, rows, indentation),
+        np.insert(trajectory.force, rows, force),
     )

@@ -83,7 +83,7 @@ class Profiles:
 
         from bem._support.outputs import Outputs
 
-        with Outputs(Path(path)) as outputs, outputs.write(Path(path)) as part, h5py.File(part, "w") as file:
+        with Outputs(Path(path)) as outputs, outputs.write(Path(path)) as temporary, h5py.File(temporary, "w") as file:
             file.attrs["tabor"], file.attrs["exponent"] = self.tabor, self.exponent
             for name, (_, values, unit) in self._variables().items():
                 file.create_dataset(name, data=values).attrs["units"] = unit
@@ -95,17 +95,17 @@ def checked_instants(instants: ArrayLike, times: FloatArray) -> FloatArray:
     Raises:
         ValueError: there are none or too many, they do not increase, or lie outside the protocol.
     """
-    found = real_array("profiles", instants)
-    if not (found.ndim == 1 and 0 < found.size <= MOST_PROFILES and np.all(np.diff(found) > 0.0)):
+    checked = real_array("profiles", instants)
+    if not (checked.ndim == 1 and 0 < checked.size <= MOST_PROFILES and np.all(np.diff(checked) > 0.0)):
         raise ValueError(
             f"profiles must be 1 to {MOST_PROFILES} increasing instants, or their number; received {shown(instants)}"
         )
-    if not (times[0] <= found[0] and found[-1] <= times[-1]):
+    if not (times[0] <= checked[0] and checked[-1] <= times[-1]):
         raise ValueError(
             f"profiles must lie within the protocol, from {times[0]:.6g} to {times[-1]:.6g}; received instants from "
-            f"{found[0]:.6g} to {found[-1]:.6g}"
+            f"{checked[0]:.6g} to {checked[-1]:.6g}"
         )
-    return found
+    return checked
 
 
 def axis_of_phases(trajectory: Any) -> tuple[FloatArray, FloatArray]:
@@ -123,25 +123,25 @@ def places_of(corners: FloatArray) -> FloatArray:
 def moments(trajectory: Any) -> dict[str, float]:
     """Instants that tell the story of a contact, by name, in their order; those that it does not have are left out."""
     time, touching = trajectory.time, trajectory.contact_radius > 0.0
-    found = {"apart" if not touching[0] else "start": time[0]}
+    instants = {"apart" if not touching[0] else "start": time[0]}
     if touching.any() and not touching[0]:
-        found["first contact"] = time[np.argmax(touching)]
+        instants["first contact"] = time[np.argmax(touching)]
     stage = trajectory.stage
     deepest = touching & (stage >= stage.max() - 1e-9 * np.ptp(stage))
     if deepest.any():
         first = int(np.argmax(deepest))
         last = first + int(np.argmin(np.append(deepest[first:], False))) - 1
-        found["pressed"] = time[first]
+        instants["pressed"] = time[first]
         if trajectory.unloading[last] and time[last] > time[first]:
-            found["relaxed"] = time[last]
+            instants["relaxed"] = time[last]
     if trajectory.pull_off_force > 0.0:
-        found["pull-off" if trajectory.detached else "largest tension"] = trajectory.pull_off_time
-    found["released" if trajectory.detached else "end"] = time[-1]
-    named = {float(at): name for name, at in reversed(found.items())}  # of two at one instant, the former
+        instants["pull-off" if trajectory.detached else "largest tension"] = trajectory.pull_off_time
+    instants["released" if trajectory.detached else "end"] = time[-1]
+    named = {float(at): name for name, at in reversed(instants.items())}  # of two at one instant, the former
     return {named[at]: at for at in sorted(named)}
 
 
-def telling_instants(trajectory: Any, count: int) -> FloatArray:
+def informative_instants(trajectory: Any, count: int) -> FloatArray:
     """Instants of a trajectory, about `count`, dense where its force changes, its `moments` among them.
 
     They are equally spaced along the curve of force, indentation and phase, each over its range.

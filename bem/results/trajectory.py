@@ -79,7 +79,7 @@ class Jump:
 class Statistics:
     """Numbers of steps, iterations and nodes of a simulation; only `seconds` depends on the machine."""
 
-    rung: str = "boundary elements"
+    method: str = "boundary elements"
     """Which solution answered: "boundary elements", "elastic branch", "Hertz" or "elements"."""
     left_out: tuple[str, ...] = ()
     """Effects of the scene that were too small to matter; see `bem.problem.negligible_effects`."""

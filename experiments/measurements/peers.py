@@ -30,7 +30,7 @@ import numpy as np
 import typer
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem.methods.boundary_elements.meshes.cohesive_zone import largest_contact_radius
 from bem.methods.closed_forms import dmt, hertz, jkr, maugis_dugdale
 from bem.problem.tractions import tail_force
@@ -85,7 +85,7 @@ def sphere(width: float, grid: int) -> np.ndarray:
 def force_beyond(half_width: float, indentation: float) -> float:
     """Tension that acts outside a square grid on an undeformed sphere, from the tail of the law."""
     reach = half_width / np.cos(np.linspace(0.0, 0.25 * np.pi, 201))
-    return float(np.mean(in_python(tail_force)(1.0 + 0.5 * reach**2 - indentation)))
+    return float(np.mean(uncompiled(tail_force)(1.0 + 0.5 * reach**2 - indentation)))
 
 
 def adhesion_largest_tension(tabor: float, grid: int, start: float) -> float:

@@ -157,7 +157,7 @@ def solved(row: dict[str, Any], refine: bool) -> dict[str, Any]:
     simulate(Scene(1.0), LoadingProtocol(peak_indentation=2, loading_rate=1, dwell_time=0, unloading_rate=1))
     with CLOCK:
         found = simulate(*case(row), "draft")
-    result = {**row, "status": found.status, "rung": found.stats.rung, "seconds": CLOCK.seconds}
+    result = {**row, "status": found.status, "method": found.stats.method, "seconds": CLOCK.seconds}
     if refine and found.completed:
         fine = simulate(*case(row), resolve_accuracy("draft").target / REFINEMENT)
         scale = max(fine.pull_off_force, 1.0)

@@ -58,7 +58,7 @@ def test_one_cycle_is_tings(material, accuracy):
     path = CYCLE.history(1.3)
     times = np.concatenate([np.linspace(0.02, 1.0, 9), np.linspace(1.01, 1.3, 5), np.linspace(1.301, 2.09, 20)])
     exact = np.array([ting(material, path, 1.3, time) for time in times])
-    assert found.stats.rung == "elements"
+    assert found.stats.method == "elements"
     assert np.max(np.abs(found.at(times) - exact)) < found.accuracy * np.ptp(exact)
     assert np.count_nonzero(exact == 0.0) > 2
 
@@ -82,7 +82,7 @@ def test_a_mesh_of_ones_own_gives_the_same(material, spring, protocol, rung, gla
     scene, initial = Scene(1.0, material, HardContact(), spring), "glassy" if glassy else "relaxed"
     found = completed(scene, protocol, 1e-3, initial_state=initial)
     meshed = completed(scene, protocol, 1e-3, initial_state=initial, mesh=uniform_mesh(2.6, 260))
-    assert (found.stats.rung, meshed.stats.rung) == (rung, "boundary elements")
+    assert (found.stats.method, meshed.stats.method) == (rung, "boundary elements")
     times = np.linspace(0.0, found.time[-1], 1000)
     ours, theirs = (
         np.interp(times, of.time, of.indentation) if found.by_force else of.at(times) for of in (found, meshed)

@@ -44,14 +44,14 @@ def test_an_elastic_contact_without_adhesion_is_that_of_galin_and_sneddon(expone
     loaded = completed(hard(exponent, tabor), ForceProtocol([0.0, 1.0], [-1.0, -7.0]))
     depths = [hertz.indentation_from_force(-force, tabor, exponent) for force in loaded.force]
     np.testing.assert_allclose(loaded.indentation, depths, rtol=1e-9)
-    assert {trajectory.stats.rung, behind.stats.rung, loaded.stats.rung} == {"Hertz"}
+    assert {trajectory.stats.method, behind.stats.method, loaded.stats.method} == {"Hertz"}
 
 
 @pytest.mark.parametrize("exponent", [*EXPONENTS, 2.0])
 def test_a_mesh_finds_galin_and_sneddon_too(exponent):
     reach = 1.1 * float(hertz.contact_radius_from_indentation(6.0, 1.0, exponent))
     meshed = completed(hard(exponent), PRESS, mesh=uniform_mesh(reach, 200))
-    assert meshed.stats.rung == "boundary elements"
+    assert meshed.stats.method == "boundary elements"
     exact = hertz.force_from_indentation(meshed.indentation, 1.0, exponent)
     np.testing.assert_allclose(meshed.force, exact, atol=6e-3 * np.abs(exact).max())
 
@@ -61,7 +61,7 @@ def test_a_mesh_finds_galin_and_sneddon_too(exponent):
 def test_a_viscoelastic_contact_without_adhesion_grows_as_lee_and_radok_say(exponent, control):
     path = PiecewiseLinearProtocol([0.0, 0.3, 1.0], [0.0, 3.0, 6.0])
     trajectory = completed(hard(exponent, material=SOFT, **control), path, 1e-3)
-    assert trajectory.stats.rung == "elements"
+    assert trajectory.stats.method == "elements"
     followed = PiecewiseLinearProtocol(*unique(trajectory.time, trajectory.indentation))
     exact = hereditary_hertz.force(hard(exponent, material=SOFT), followed, trajectory.time)
     np.testing.assert_allclose(trajectory.force, exact, atol=2e-3 * np.abs(exact).max())
@@ -92,7 +92,7 @@ def test_the_error_against_jkr_falls_as_adhesion_becomes_short_ranged(exponent):
         depths = jkr.indentation_from_contact_radius(radii, tabor, exponent)
         path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [1.5 * lowest, 1.01 * depths[-1], 1.5 * lowest])
         trajectory = completed(shaped(exponent, tabor), path)
-        assert trajectory.stats.rung == "elastic branch"
+        assert trajectory.stats.method == "elastic branch"
         rise = path.indentations[1] - path.indentations[0]
         found = trajectory.at(2.0 - (depths - path.indentations[0]) / rise)
         exact = jkr.force_from_contact_radius(radii, exponent)
@@ -131,8 +131,8 @@ def test_branch_and_steps_agree_with_a_mesh_of_ones_own(exponent, material):
     reach = {1.0: 30.0, 1.5: 13.0, 3.0: 4.5, 8.0: 2.2}[exponent]
     own = completed(shaped(exponent, material=material), path, mesh=uniform_mesh(reach, 500))
     chosen = completed(shaped(exponent, material=material), path)
-    assert own.stats.rung == "boundary elements"
-    assert chosen.stats.rung == ("boundary elements" if material.strengths.size else "elastic branch")
+    assert own.stats.method == "boundary elements"
+    assert chosen.stats.method == ("boundary elements" if material.strengths.size else "elastic branch")
     times = np.linspace(0.0, 2.0, 41)
     np.testing.assert_allclose(own.at(times), chosen.at(times), atol=8e-3 * np.ptp(chosen.force))
     assert own.pull_off_force == pytest.approx(chosen.pull_off_force, rel=0.01)

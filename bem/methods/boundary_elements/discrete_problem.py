@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem.methods.boundary_elements.extrapolation import Scales
 from bem.methods.boundary_elements.influence.on_any_nodes import kernel_series
 from bem.methods.boundary_elements.influence.triangles import require_mesh
@@ -103,7 +103,7 @@ def problem_of(
     grid = own_mesh.grid
     if mesh is None:
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
-        if in_python(moves)(grid):  # it interpolates by lines
+        if uncompiled(moves)(grid):  # it interpolates by lines
             controls = _for_scene(accuracy.line_controls(), scene)
             grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
     wide, wide_segments = grid, 0
@@ -116,7 +116,7 @@ def problem_of(
     reach = float(radii[-1]) if mesh is not None else grid.spacing * float(grid.places[-1])
     if strengths.size > 0 and _presses_again(path):
         controls = controls._replace(prediction=_DENT * controls.prediction)
-    series = kernel_series() if in_python(moves)(grid) else np.empty((0, 0))
+    series = kernel_series() if uncompiled(moves)(grid) else np.empty((0, 0))
     glassy_hertz = float(hertz.force_from_indentation(deepest, tabor, shape)) / k
     force_scale = max(3e-2 * abs(glassy_hertz) * k, 1e-12) if hard else 1.0
     # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
@@ -155,7 +155,7 @@ def deepest_indentation(scene: Scene, path: Path) -> float:
         return top
     # Newton's method for delta = top + (tension - F_Hertz(delta)) / k, which is convex, from an upper bound.
     depth, rise, load = top + tension / scene.spring, 1.0 + 1.0 / shape, hertz.load_factor(shape)
-    softness = in_python(depth_factor)(shape)
+    softness = uncompiled(depth_factor)(shape)
     for _ in range(100):
         force = load * (max(depth, 0.0) / scene.tabor / softness) ** rise
         excess = depth - top - (tension - force) / scene.spring

@@ -172,7 +172,7 @@ def solve_adhesive(
     n, law = gap.size, interface.law
     residual, correction, move = np.empty(n), np.empty(n), np.empty(n)
     last_residual, last_correction = np.empty(n), np.empty(n)
-    wanted, pressed = np.empty(n), np.empty(n)
+    scaled_traction, pressed = np.empty(n), np.empty(n)
     can_extrapolate = False
     previous = np.inf
     refreshed, fresh = 0, False
@@ -182,15 +182,15 @@ def solve_adhesive(
         worst = np.max(np.abs(residual))
         if not worst < 1e12:
             return False
-        known = factor.order[0] > 0
+        factorised = factor.order[0] > 0
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
-        if known and worst < allowed:
+        if factorised and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
                 factorise(interface, influence, weights, gap, response, factor, work)
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
             return False
-        if not known or (worst > _SLOW * previous and not fresh):
+        if not factorised or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
             factorise(interface, influence, weights, gap, response, factor, work)
@@ -215,11 +215,11 @@ def solve_adhesive(
                 inside = j + 1
         for j in range(inside):
             # Where the traction is no unknown, what is found is not used.
-            wanted[j] = (tractions[j] - move[j]) / interface.tabor if factor.by_traction[j] else -1.0
-        pressed_gaps(wanted, inside, gap, law, pressed)
+            scaled_traction[j] = (tractions[j] - move[j]) / interface.tabor if factor.by_traction[j] else -1.0
+        pressed_gaps(scaled_traction, inside, gap, law, pressed)
         for j in range(n):
             if factor.by_traction[j]:
-                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
+                gap[j] = changed_gap(law, gap[j], scaled_traction[j], pressed[j])
             else:
                 gap[j] += min(max(-move[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
         count_iteration(work, n, order)

@@ -40,12 +40,12 @@ _FAR = 1.5  # gap from which the force beyond a node follows the traction at the
 @kernel
 def rigid_side(interface: Interface, mesh: Mesh, depth: float, remembered: Remembered) -> np.ndarray:
     """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation at an indentation; (n,)."""
-    tabor, known = interface.tabor, np.zeros(mesh.radii.size)
+    tabor, rigid = interface.tabor, np.zeros(mesh.radii.size)
     if remembered.traction.size > 0:
-        add_rows(mesh.master_rows, remembered.traction, known)
-    for i in range(known.size):
-        known[i] = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 - known[i] + deviation(interface, mesh.radii[i])
-    return known
+        add_rows(mesh.master_rows, remembered.traction, rigid)
+    for i in range(rigid.size):
+        rigid[i] = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 - rigid[i] + deviation(interface, mesh.radii[i])
+    return rigid
 
 
 @kernel

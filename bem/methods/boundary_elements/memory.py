@@ -152,15 +152,15 @@ def _bend(step: float, tau: float) -> float:
 @kernel
 def remembered_in(memory: Memory, factors: StepFactors) -> Remembered:
     """What is known before a step of sigma - sum_i c_i q_i at its end."""
-    known = np.zeros(memory.traction.shape[1])
+    total = np.zeros(memory.traction.shape[1])
     for i in range(memory.strengths.size):
         for k in range(DEPTH):
             a, b = memory.strengths[i] * factors.vector[k, i], memory.strengths[i] * factors.traction[k, i]
             if a != 0.0 or b != 0.0:
                 vector, traction = memory.vectors[k, i], memory.traction[k]
-                for j in range(known.size):
-                    known[j] -= a * vector[j] + b * traction[j]
-    return Remembered(known, factors.response)
+                for j in range(total.size):
+                    total[j] -= a * vector[j] + b * traction[j]
+    return Remembered(total, factors.response)
 
 
 @kernel

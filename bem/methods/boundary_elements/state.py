@@ -82,14 +82,14 @@ def transfer(
         if x == old.radii[k + 1]:
             new_gap[i], new_traction[i] = gap[k + 1], tractions[k + 1]
             continue
-        part = (x - old.radii[k]) / (old.radii[k + 1] - old.radii[k])
+        share = (x - old.radii[k]) / (old.radii[k + 1] - old.radii[k])
         first = max(0, min(k - 1, n - 4))
         if gap[k] < below and gap[k + 1] < below:
             if max(max(gap[first], gap[first + 1]), max(gap[first + 2], gap[first + 3])) < below:
                 stress = cubic(old.radii, tractions, first, x)
             else:
-                stress = tractions[k] + part * (tractions[k + 1] - tractions[k])
-            new_gap[i] = pressed_gap_of(law, stress / tabor, gap[k] + part * (gap[k + 1] - gap[k]))
+                stress = tractions[k] + share * (tractions[k + 1] - tractions[k])
+            new_gap[i] = pressed_gap_of(law, stress / tabor, gap[k] + share * (gap[k + 1] - gap[k]))
         else:
             low, high = min(gap[k], gap[k + 1]), max(gap[k], gap[k + 1])
             margin = 0.1 * (high - low)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.discrete_problem import Problem
 from bem.methods.boundary_elements.equilibrium import Factor, new_factor
 from bem.methods.boundary_elements.extrapolation import Recent, push_recent, recent_on, start_recent
@@ -45,7 +45,7 @@ from bem.methods.records import (
     STEPS,
     UNPHYSICAL,
     UNSTABLE,
-    Marched,
+    MarchResult,
     Records,
     is_spent,
     is_to_pause,
@@ -283,9 +283,9 @@ def start(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> P
     mesh = first_mesh(problem.interface, problem.controls, problem.scheme)
     depth = control
     if problem.device.by_force:  # that of Hertz, in contact
-        part = interface.exponent / (interface.exponent + 1.0)
+        power = interface.exponent / (interface.exponent + 1.0)
         factor = depth_factor(interface.exponent)
-        depth = tabor * factor * (0.5 * np.pi / (part * factor) * max(-control, 0.0)) ** part
+        depth = tabor * factor * (0.5 * np.pi / (power * factor) * max(-control, 0.0)) ** power
     gap = np.empty(mesh.radii.size)
     for i in range(gap.size):
         sphere = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 + deviation(interface, mesh.radii[i])
@@ -351,10 +351,10 @@ def proceed(
 def before_start() -> Progress:
     """What `followed` takes for a protocol that has not begun; the types of its parts are all that counts."""
     mesh, none = no_mesh(), np.empty(0)
-    state, memory = State(mesh, 0.0, none, none, 0.0, 0.0), in_python(new_memory)(none, none, 0)
+    state, memory = State(mesh, 0.0, none, none, 0.0, 0.0), uncompiled(new_memory)(none, none, 0)
     recent = Recent(np.empty((0, 0)), np.empty((0, 0)), none, none, np.zeros(1, np.int64))
-    stepping, records = Stepping(recent, 0.0, 0.0, False, False), in_python(new_records)()
-    return Progress(state, memory, in_python(new_factor)(0), records, 0, PAUSED, -1, stepping)
+    stepping, records = Stepping(recent, 0.0, 0.0, False, False), uncompiled(new_records)()
+    return Progress(state, memory, uncompiled(new_factor)(0), records, 0, PAUSED, -1, stepping)
 
 
 def followed(
@@ -391,11 +391,11 @@ def followed(
 
 def march(
     problem: Problem, times: np.ndarray, controls: np.ndarray, instants: np.ndarray, glassy: bool, most_work: float
-) -> Marched:
+) -> MarchResult:
     """Follow a protocol from its start, with a budget in multiply-adds; other arguments as of `followed`."""
-    work = in_python(new_work)(most_work)
+    work = uncompiled(new_work)(most_work)
     progress, steps, energies = followed(problem, times, controls, instants, glassy, before_start(), work)
     records = progress.records
     states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
     profiles = records.profiles[: records.filled[2]]
-    return Marched(states, jumps, work, steps, energies, progress.outcome, profiles)
+    return MarchResult(states, jumps, work, steps, energies, progress.outcome, profiles)

@@ -95,8 +95,8 @@ def try_step(
     if not solved:
         return gap, traction, False, 0.25
     order, scales = min(recent.count[0], CONTROL), problem.scales
-    wanted = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
-    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, scales, wanted)
+    predicted_force = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
+    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, scales, predicted_force)
     accepted, shrink = _verdict(error, controls.prediction, order, can_shrink)
     if accepted and can_shrink and order >= 2 and not interface.nonadhesive:
         force = force_of(interface, weights, gap, traction)
@@ -106,11 +106,11 @@ def try_step(
     if device.compliance > 0.0 and accepted:
         free = rigid + control
         predicted = expected_depth(mesh, free, response, guess_gap, guess_traction)
-        found = expected_depth(mesh, free, response, gap, traction)
+        solved_for = expected_depth(mesh, free, response, gap, traction)
         if not device.by_force:  # the stage is known, so that only the force need be predicted
-            found = control + device.compliance * state_of(interface, mesh, control, gap, traction).force
+            solved_for = control + device.compliance * state_of(interface, mesh, control, gap, traction).force
             predicted = control + device.compliance * expected_force(recent, time)
-        error = scales.force_weight * depth_error(device, predicted, found)
+        error = scales.force_weight * depth_error(device, predicted, solved_for)
         accepted, by_depth = _verdict(error, controls.prediction, order, can_shrink)
         shrink = min(shrink, by_depth) if accepted else by_depth
     return gap, traction, accepted, shrink

@@ -51,12 +51,12 @@ def hereditary(instants: np.ndarray, rubbery: np.ndarray, strengths: np.ndarray,
     memory = np.zeros(times.size)
     decay, gain = np.empty(times.size), np.empty(times.size)
     for n in range(1, instants.size):
-        known, response = 0.0, 1.0
+        remembered, response = 0.0, 1.0
         for i in range(times.size):
             decay[i], gain[i] = recursion_step(instants[n] - instants[n - 1], times[i])
-            known += strengths[i] * (decay[i] * memory[i] - gain[i] * force[n - 1])
+            remembered += strengths[i] * (decay[i] * memory[i] - gain[i] * force[n - 1])
             response -= strengths[i] * gain[i]
-        force[n] = (rubbery[n] + known) / response
+        force[n] = (rubbery[n] + remembered) / response
         for i in range(times.size):
             memory[i] = decay[i] * memory[i] + gain[i] * (force[n] - force[n - 1])
     return force

@@ -11,14 +11,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem._support.validation import FloatArray
 from bem.problem.indenter import PARABOLOID, depth_factor
 
 
 def load_factor(exponent: float = PARABOLOID) -> float:
     """Compression over a^(n+1)."""
-    return 2.0 * in_python(depth_factor)(exponent) * exponent / (math.pi * (exponent + 1.0))
+    return 2.0 * uncompiled(depth_factor)(exponent) * exponent / (math.pi * (exponent + 1.0))
 
 
 def contact_radius_from_indentation(
@@ -28,7 +28,7 @@ def contact_radius_from_indentation(
     ratio = np.maximum(indentation, 0.0) / np.asarray(tabor, dtype=np.float64)
     if exponent == PARABOLOID:
         return np.sqrt(ratio)
-    return (ratio / in_python(depth_factor)(exponent)) ** (1.0 / exponent)
+    return (ratio / uncompiled(depth_factor)(exponent)) ** (1.0 / exponent)
 
 
 def force_from_contact_radius(radius: ArrayLike, exponent: float = PARABOLOID) -> FloatArray:
@@ -43,6 +43,6 @@ def force_from_indentation(indentation: ArrayLike, tabor: ArrayLike, exponent: f
 
 def indentation_from_force(force: float, tabor: float, exponent: float = PARABOLOID) -> float:
     """Indentation at a compressive `force`, counted positive here."""
-    factor = in_python(depth_factor)(exponent)
+    factor = uncompiled(depth_factor)(exponent)
     cubed = (0.5 + 0.5 * exponent) / exponent * math.pi / factor * force  # a^(n+1)
     return float(tabor * factor * cubed ** (exponent / (exponent + 1.0)))

@@ -13,7 +13,7 @@ J. Mech. Phys. Solids 59 (2011) 145, for other profiles.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import in_python
+from bem._support.jit import uncompiled
 from bem._support.validation import FloatArray
 from bem.methods.closed_forms import hertz
 from bem.problem.indenter import PARABOLOID, depth_factor
@@ -31,7 +31,7 @@ def fold_indentation(tabor: ArrayLike) -> FloatArray:
 def indentation_from_contact_radius(radius: ArrayLike, tabor: ArrayLike, exponent: float = PARABOLOID) -> FloatArray:
     """Indentation at a contact radius."""
     a = np.asarray(radius, dtype=np.float64)
-    pressed = in_python(depth_factor)(exponent) * a**exponent
+    pressed = uncompiled(depth_factor)(exponent) * a**exponent
     return np.asarray(tabor, dtype=np.float64) * (pressed - np.sqrt(2.0 * np.pi * a))
 
 

@@ -53,13 +53,13 @@ def _smallest(function: Callable[[ArrayLike], FloatArray]) -> tuple[float, float
     angles = np.geomspace(SMALLEST_ANGLE, LARGEST_ANGLE, 2000)
     values = function(angles)
     near = min(max(int(np.argmin(values)), 1), len(angles) - 2)
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda theta: float(function(theta)),
         bounds=(angles[near - 1], angles[near + 1]),
         method="bounded",
         options={"xatol": 1e-12},
     )
-    return (LARGEST_ANGLE, float(values[-1])) if values[-1] <= found.fun else (float(found.x), float(found.fun))
+    return (LARGEST_ANGLE, float(values[-1])) if values[-1] <= minimum.fun else (float(minimum.x), float(minimum.fun))
 
 
 def force_from_indentation(indentation: ArrayLike, tabor: float) -> FloatArray:
@@ -69,17 +69,17 @@ def force_from_indentation(indentation: ArrayLike, tabor: float) -> FloatArray:
     last, _ = _smallest(lambda theta: solution_at_angle(theta, mu)[1])
     first = SMALLEST_ANGLE
 
-    def misfit(theta: float, wanted: float) -> float:
-        return float(solution_at_angle(theta, mu)[1]) - wanted
+    def misfit(theta: float, depth: float) -> float:
+        return float(solution_at_angle(theta, mu)[1]) - depth
 
-    def one(wanted: float) -> float:
-        if not misfit(last, wanted) <= 0.0 <= misfit(first, wanted):
+    def force_at(depth: float) -> float:
+        if not misfit(last, depth) <= 0.0 <= misfit(first, depth):
             return np.nan
-        theta = brentq(misfit, first, last, args=(wanted,), xtol=1e-15)
+        theta = brentq(misfit, first, last, args=(depth,), xtol=1e-15)
         return float(solution_at_angle(theta, mu)[2])
 
     depths = np.asarray(indentation, dtype=np.float64)
-    return np.array([one(float(depth)) for depth in depths.ravel()]).reshape(depths.shape)
+    return np.array([force_at(float(depth)) for depth in depths.ravel()]).reshape(depths.shape)
 
 
 def pull_off_force(tabor: float) -> float:

@@ -39,8 +39,8 @@ def effective_energy(crack_velocity: ArrayLike, modulus_ratio: ArrayLike) -> Flo
     low, high = np.full(v.shape, -700.0), np.full(v.shape, 700.0)
     for _ in range(64):
         middle = 0.5 * (low + high)
-        s, rest = expit(middle), expit(-middle)
-        too_slow = s < np.pi * v * rest * (1.0 + s) * (k + (1.0 - k) * rest)
+        s, complement = expit(middle), expit(-middle)
+        too_slow = s < np.pi * v * complement * (1.0 + s) * (k + (1.0 - k) * complement)
         low, high = np.where(too_slow, middle, low), np.where(too_slow, high, middle)
     return 1.0 / (k + (1.0 - k) * expit(-0.5 * (low + high)))
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
 from bem.methods.boundary_elements.discrete_problem import LoadingDevice
 from bem.methods.boundary_elements.jumps import smallest_eigenvalue
@@ -157,8 +157,8 @@ def _change(interface: Interface, contact: Contact, j: int, change: float) -> fl
     """Change the unknown of a node; return by how much, relative."""
     law, tabor, gap = interface.law, interface.tabor, contact.gap[j]
     if contact.pressed[j]:
-        wanted = (contact.traction[j] + change) / tabor
-        contact.gap[j] = changed_gap(law, gap, wanted, pressed_gap_of(law, wanted, gap))
+        scaled_traction = (contact.traction[j] + change) / tabor
+        contact.gap[j] = changed_gap(law, gap, scaled_traction, pressed_gap_of(law, scaled_traction, gap))
         relative = abs(change) / tabor
     else:
         room = gap - law.floor
@@ -227,17 +227,17 @@ def _rates(
     """
     tabor, law, rate, n, scale = interface.tabor, interface.law, contact.rate, mesh.n, mesh.scale
     influence, radii, weights = mesh.influence, mesh.radii, mesh.weights
-    slopes, tractions, wanted, left = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    slopes, tractions, rhs, left = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     _lift(influence, contact.traction, n, left)
     for i in range(n):
         slopes[i] = tabor * slope_at(law, contact.gap[i])
     for i in range(n):
-        wanted[i] = tabor * (scale * radii[i] ** 2 - left[i])
+        rhs[i] = tabor * (scale * radii[i] ** 2 - left[i])
         if interface.exponent != PARABOLOID:
-            wanted[i] = tabor * ((scale * radii[i]) ** interface.exponent / scale - left[i])
+            rhs[i] = tabor * ((scale * radii[i]) ** interface.exponent / scale - left[i])
         if not scaling:
-            wanted[i] = -tabor * scale * influence[held, i] * slopes[held] - (1.0 if i == held else 0.0)
-        left[i], rate[i] = wanted[i], 0.0
+            rhs[i] = -tabor * scale * influence[held, i] * slopes[held] - (1.0 if i == held else 0.0)
+        left[i], rate[i] = rhs[i], 0.0
     for refinement in range(_REFINEMENTS + 1):
         lu_solve(contact.columns, n, contact.pivots, left)
         for i in range(n):
@@ -248,7 +248,7 @@ def _rates(
             _lift(influence, tractions, n, left)
             for i in range(n):
                 gap = 0.0 if i == held else rate[i] / slopes[i] if contact.pressed[i] else rate[i]
-                left[i] = wanted[i] - rate[held] - gap - tabor * scale * left[i]
+                left[i] = rhs[i] - rate[held] - gap - tabor * scale * left[i]
     if not scaling:
         tractions[held] = slopes[held]
     total, total_rate, last = 0.0, 0.0, n - 1
@@ -291,15 +291,15 @@ def _transfer(interface: Interface, mesh: Scaled, onto: Scaled, contact: Contact
             f += 1
         first = min(max(f - 1, 0), old_n - 4)
         if x > old[old_n - 1]:
-            there = gap[old_n - 1] + 0.5 * tabor * scale**2 * (x**2 - old[old_n - 1] ** 2)
-            there += deviation(interface, scale * x) - deviation(interface, scale * old[old_n - 1])
+            new_gap = gap[old_n - 1] + 0.5 * tabor * scale**2 * (x**2 - old[old_n - 1] ** 2)
+            new_gap += deviation(interface, scale * x) - deviation(interface, scale * old[old_n - 1])
         elif gap[f] < below and gap[f + 1] < below:
-            wanted = cubic(old, traction, first, x) / tabor
-            there = changed_gap(law, gap[f], wanted, pressed_gap_of(law, wanted, gap[f]))
+            scaled_traction = cubic(old, traction, first, x) / tabor
+            new_gap = changed_gap(law, gap[f], scaled_traction, pressed_gap_of(law, scaled_traction, gap[f]))
         else:
             inner, outer = min(gap[f], gap[f + 1]), max(gap[f], gap[f + 1])
-            there = min(max(cubic(old, gap, first, x), inner), outer)
-        _set_gap(interface, contact, i, there)
+            new_gap = min(max(cubic(old, gap, first, x), inner), outer)
+        _set_gap(interface, contact, i, new_gap)
 
 
 @kernel
@@ -362,65 +362,65 @@ def _approach(
         above = deviation(interface, scale * radii[j])
         _set_gap(interface, contact, j, controls.first_gap + 0.5 * tabor * (scale * radii[j]) ** 2 + above)
     strides = max(min(np.int64(np.ceil(1.0 / (controls.step * min(1.0, np.sqrt(tabor))))), edge_node), 1)
-    count, held, before, wanted, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
-    largest, part = 0.0, 1.0  # of the way on which the edge comes to the next node
+    count, held, before, target, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
+    largest, share = 0.0, 1.0  # of the way on which the edge comes to the next node
     while True:
-        depth, found = _solve(interface, mesh, held, depth, controls.residual, contact, work)
+        depth, solved = _solve(interface, mesh, held, depth, controls.residual, contact, work)
         bent = False
-        if found:
+        if solved:
             force, force_rate, axis_rate = _rates(interface, mesh, held, False, contact)
             room = contact.gap[0] - law.floor
             point, last = points[count], points[count - 1]
             point["along"], point["indentation"], point["force"] = np.log(room), depth, force
             point["indentation_rate"] = contact.rate[held] * room / axis_rate
             point["force_rate"] = force_rate * room / axis_rate
-            touching = contact.gap[held] > peak and wanted > 0
+            touching = contact.gap[held] > peak and target > 0
             edge = contact_edge(radii, contact.gap[: held + 1], peak) if touching else radii[held]
             point["contact_radius"], point["scale"] = scale * edge, scale
             point["level"], point["nodes"] = 0, mesh.n
-            if wanted > 0:  # as below: in a stiff contact the force grows manifold between two nodes
+            if target > 0:  # as below: in a stiff contact the force grows manifold between two nodes
                 mean = 0.5 * (last["force_rate"] + point["force_rate"])
                 bend = abs(force - last["force"] - (point["along"] - last["along"]) * mean)
                 bent = bend > controls.bend * max(abs(last["force"]), largest) and tries < _MOST_TRIES
-        if found and not bent:
+        if solved and not bent:
             gaps[count, : mesh.n], works[count] = contact.gap[: mesh.n], work
             if count == _FAR_POINTS:
                 _far_apart(law, interface.exponent, points)
             arrived = contact.gap[held] <= peak
-            count, before, tries, largest, part = count + 1, held, 0, max(largest, force), min(2.0 * part, 1.0)
+            count, before, tries, largest, share = count + 1, held, 0, max(largest, force), min(2.0 * share, 1.0)
             if (held == edge_node and arrived) or count == points.size:
                 break
             step = min(1.5 * step, _OPEN_STEP * controls.step)
             if contact.gap[0] <= peak:
-                wanted = held + 1 if arrived else held
+                target = held + 1 if arrived else held
                 for k in range(strides, 0, -1):
                     node = np.int64(np.round(edge_node * k / strides))
-                    wanted = node if node > held and arrived else wanted
+                    target = node if node > held and arrived else target
         else:
             work[REJECTIONS] += 1
             tries += 1
-            stuck = not bent and (tries > _MOST_TRIES or 0 < wanted <= before + 1)
+            stuck = not bent and (tries > _MOST_TRIES or 0 < target <= before + 1)
             if count == _FAR_POINTS or stuck or is_spent(work):
                 return Growth(count, depth, 0.0, 0.0, 0.0, 0, scale, 1.0, NO_EQUILIBRIUM)
             held = before
             _restore(interface, mesh, gaps[count - 1], held, False, contact)
             step *= 0.5
-            part *= 0.5 if 0 < wanted <= before + 1 else 1.0
-            wanted = (before + wanted + 1) // 2
-        if wanted == 0:
+            share *= 0.5 if 0 < target <= before + 1 else 1.0
+            target = (before + target + 1) // 2
+        if target == 0:
             gap = 1.0 + (contact.gap[0] - 1.0) * np.exp(-step)
             gap = gap if gap - 1.0 > (1.0 + 0.4 * step) * (peak - 1.0) else peak
             change = gap - contact.gap[0]
         else:
-            gap = contact.gap[wanted] + part * (peak - contact.gap[wanted]) if part < 1.0 else peak
-            change = (gap - contact.gap[wanted]) / (contact.rate[wanted] if wanted != held else 1.0)
+            gap = contact.gap[target] + share * (peak - contact.gap[target]) if share < 1.0 else peak
+            change = (gap - contact.gap[target]) / (contact.rate[target] if target != held else 1.0)
         depth = points[count - 1]["indentation"] + contact.rate[held] * change
         for j in range(mesh.n):
             if j == held:
                 _set_gap(interface, contact, j, contact.gap[j] + change)
             else:
                 _change(interface, contact, j, contact.rate[j] * change)
-        held = wanted
+        held = target
         _set_gap(interface, contact, held, gap)
     force, force_rate, _ = _rates(interface, mesh, edge_node, True, contact)
     largest = points["force"][_FAR_POINTS:count].max()
@@ -476,24 +476,24 @@ def follow(
         if depth >= deepest and force < 0.0 and scale > _PAST_FOLDS:
             outcome = COMPLETED
             break
-        here, before, before_rate, rate = depth, force, force_rate, contact.rate[edge_node]
-        step, found = pace * controls.step * scale, False
+        start_depth, before, before_rate, rate = depth, force, force_rate, contact.rate[edge_node]
+        step, solved = pace * controls.step * scale, False
         for left in range(_MOST_TRIES - 1, -1, -1):
-            depth = here + rate * step
+            depth = start_depth + rate * step
             for j in range(mesh.n):
                 if j != edge_node:
                     _change(interface, contact, j, contact.rate[j] * step)
             level = level_of(scale + step, tabor, interface.exponent)
             if level >= meshes.size.size:
-                found = False
+                solved = False
                 break
             new = _scaled(interface, meshes, level, controls.far_gap, scale + step)
             if level != mesh.level:
                 _transfer(interface, mesh, new, contact)
             node = meshes.edge_node[level]
             _set_gap(interface, contact, node, peak)
-            depth, found = _solve(interface, new, node, depth, controls.residual, contact, work)
-            if found:
+            depth, solved = _solve(interface, new, node, depth, controls.residual, contact, work)
+            if solved:
                 force, force_rate, _ = _rates(interface, new, node, True, contact)
                 bend = abs(force - before - 0.5 * step * (before_rate + force_rate))
                 if left == 0 or bend <= controls.bend * max(abs(before), largest):
@@ -503,7 +503,7 @@ def follow(
             work[REJECTIONS] += 1
             _restore(interface, mesh, gaps[count - 1], edge_node, True, contact)
             step *= 0.5
-        if not found:
+        if not solved:
             break
         mesh, edge_node, pace = new, node, min(2.0 * step / (controls.step * scale), 1.0)
     return Growth(count, depth, force, force_rate, largest, mesh.level, mesh.scale, pace, outcome)
@@ -535,19 +535,19 @@ class Branch:
                 self._follow(farther, most_work)
             points = self._points
             if not points.size:
-                return points, in_python(new_work)(most_work)
+                return points, uncompiled(new_work)(most_work)
             past = (points["indentation"] >= deepest) & (points["force"] < 0.0) & (points["scale"] > _PAST_FOLDS)
             end = int(np.argmax(past)) + 1 if past.any() else points.size
             work = self._works[end - 1].copy()
-            work[MOST] = in_python(new_work)(most_work)[MOST]
+            work[MOST] = uncompiled(new_work)(most_work)[MOST]
             return points[:end], work
 
     def _follow(self, deepest: float, most_work: float) -> None:
         tabor, controls, shape = self.interface.tabor, self.controls, self.interface.exponent
-        scale = in_python(smallest_scale)(tabor, shape)
+        scale = uncompiled(smallest_scale)(tabor, shape)
         largest = max(1.3 * largest_contact_radius(deepest, tabor, shape), 2.0 * _PAST_FOLDS)
-        reach = in_python(_reach)(self.interface, controls.far_gap, scale)
-        levels, work = in_python(level_of)(max(largest, scale), tabor, shape) + 1, in_python(new_work)(most_work)
+        reach = uncompiled(_reach)(self.interface, controls.far_gap, scale)
+        levels, work = uncompiled(level_of)(max(largest, scale), tabor, shape) + 1, uncompiled(new_work)(most_work)
         # A traction that falls steeply acts, before the surfaces meet, on a disk much wider than the smallest contact.
         # Where the nodes at its rim are too few the curve of their equilibria breaks off, and takes more of them.
         spacing, extent = controls.ring
@@ -564,15 +564,15 @@ class Branch:
             while growth.outcome == PAUSED:
                 growth = follow(self.interface, meshes, controls, deepest, *tables, contact, growth, next_slice(work))
             works[growth.count - 1] = work  # with what did not lead on
-            if growth.outcome == COMPLETED or in_python(is_spent)(work):
+            if growth.outcome == COMPLETED or uncompiled(is_spent)(work):
                 break
         count = growth.count if growth.count > _FAR_POINTS else 0
         self._meshes, self._points = meshes, points[:count].copy()
         self._gaps, self._works = gaps[:count].copy(), works[:count].copy()
 
-    def smallest_eigenvalue(self, place: float, device: LoadingDevice) -> float:
+    def smallest_eigenvalue(self, position: float, device: LoadingDevice) -> float:
         """Smallest eigenvalue of the Jacobian under a device, at the solved point next to a place."""
-        nearest, compliance = max(round(place), _FAR_POINTS), device.compliance
+        nearest, compliance = max(round(position), _FAR_POINTS), device.compliance
         if (nearest, compliance) not in self._eigenvalues:
             point = self._points[nearest]
             level, n, scale = int(point["level"]), int(point["nodes"]), float(point["scale"])

@@ -56,23 +56,27 @@ def scaled_meshes(controls: BranchControls, levels: int, reach: float, ring: Rin
     spacings = round(_RATIO**levels / controls.edge_spacing)
     if spacings > _MOST_SPACINGS:
         raise MemoryError(f"the contact edge needs {spacings} grid nodes, more than {_MOST_SPACINGS}")
-    place = controls.edge_spacing, controls.growth, controls.widest
+    grading = controls.edge_spacing, controls.growth, controls.widest
     beyond = 4.0 ** math.ceil(math.log(reach, 4.0))
-    return _together(*place, beyond, ring, 4 * math.ceil(levels / 4))
+    return _together(*grading, beyond, ring, 4 * math.ceil(levels / 4))
 
 
 @functools.lru_cache(maxsize=16)
 def _together(spacing: float, growth: float, widest: float, reach: float, ring: Ring, levels: int) -> ScaledMeshes:
     meshes = [_mesh(spacing, growth, widest, reach, ring, level) for level in range(levels)]
     shape = levels, max(radii.size for radii, _, _ in meshes)
-    found = ScaledMeshes(
+    stacked = ScaledMeshes(
         np.zeros(shape), np.zeros(levels, int), np.zeros(levels, int), np.zeros(shape), np.zeros((*shape, shape[1]))
     )
     for level, (radii, weights, influence) in enumerate(meshes):
         n = radii.size
-        found.size[level], found.edge_node[level] = n, np.searchsorted(radii, 1.0)
-        found.radii[level, :n], found.weights[level, :n], found.influence[level, :n, :n] = radii, weights, influence
-    return found
+        stacked.size[level], stacked.edge_node[level] = n, np.searchsorted(radii, 1.0)
+        stacked.radii[level, :n], stacked.weights[level, :n], stacked.influence[level, :n, :n] = (
+            radii,
+            weights,
+            influence,
+        )
+    return stacked
 
 
 @functools.lru_cache(maxsize=64)

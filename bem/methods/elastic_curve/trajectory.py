@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.discrete_problem import LoadingDevice, Path, deepest_indentation, device_of
 from bem.methods.elastic_curve.branch import branch_of
 from bem.methods.records import (
@@ -23,7 +23,7 @@ from bem.methods.records import (
     OUT_OF_WORK,
     RECORD,
     STEPS,
-    Marched,
+    MarchResult,
     Records,
     is_spent,
     new_records,
@@ -44,24 +44,24 @@ _MOST_DOUBLINGS = 8  # of the indentation, until the curve reaches what is presc
 class Reading(NamedTuple):
     """The curve as a device reads it, at places (n,) between which what is prescribed and the force are monotone."""
 
-    place: np.ndarray  # number of a point, and the part of the way to the next
+    position: np.ndarray  # number of a point, and the part of the way to the next
     control: np.ndarray
     energy: np.ndarray  # of the contact, from the first place on
     state: np.ndarray  # (n, 3): indentation, force and contact radius
 
 
 @kernel
-def _cubic(first: float, first_rate: float, last: float, last_rate: float, part: float) -> float:
+def _cubic(first: float, first_rate: float, last: float, last_rate: float, share: float) -> float:
     rise = last - first
     second, third = 3.0 * rise - 2.0 * first_rate - last_rate, first_rate + last_rate - 2.0 * rise
-    return first + part * (first_rate + part * (second + part * third))
+    return first + share * (first_rate + share * (second + share * third))
 
 
 @kernel
-def _slope(first: float, first_rate: float, last: float, last_rate: float, part: float) -> float:
+def _slope(first: float, first_rate: float, last: float, last_rate: float, share: float) -> float:
     rise = last - first
     second, third = 3.0 * rise - 2.0 * first_rate - last_rate, first_rate + last_rate - 2.0 * rise
-    return first_rate + part * (2.0 * second + part * 3.0 * third)
+    return first_rate + share * (2.0 * second + share * 3.0 * third)
 
 
 @kernel
@@ -71,14 +71,16 @@ def _span(p: np.void, q: np.void) -> float:
 
 
 @kernel
-def state_at(points: np.ndarray, place: float) -> tuple[float, float, float]:
+def state_at(points: np.ndarray, position: float) -> tuple[float, float, float]:
     """Indentation, force and contact radius at a place of the curve `points` (m,) of `POINT`."""
-    i = min(int(place), points.size - 2)
-    p, q, part = points[i], points[i + 1], place - i
+    i = min(int(position), points.size - 2)
+    p, q, share = points[i], points[i + 1], position - i
     span = _span(p, q)
-    depth = _cubic(p["indentation"], span * p["indentation_rate"], q["indentation"], span * q["indentation_rate"], part)
-    force = _cubic(p["force"], span * p["force_rate"], q["force"], span * q["force_rate"], part)
-    return depth, force, p["contact_radius"] + part * (q["contact_radius"] - p["contact_radius"])
+    depth = _cubic(
+        p["indentation"], span * p["indentation_rate"], q["indentation"], span * q["indentation_rate"], share
+    )
+    force = _cubic(p["force"], span * p["force_rate"], q["force"], span * q["force_rate"], share)
+    return depth, force, p["contact_radius"] + share * (q["contact_radius"] - p["contact_radius"])
 
 
 @kernel
@@ -88,8 +90,8 @@ def _control_of(device: LoadingDevice, depth: float, force: float) -> float:
 
 
 @kernel
-def _control_at(points: np.ndarray, device: LoadingDevice, place: float) -> float:
-    depth, force, _ = state_at(points, place)
+def _control_at(points: np.ndarray, device: LoadingDevice, position: float) -> float:
+    depth, force, _ = state_at(points, position)
     return _control_of(device, depth, force)
 
 
@@ -100,10 +102,10 @@ def _energy_between(points: np.ndarray, begin: float, end: float) -> float:
     p, q = points[i], points[i + 1]
     span, total = _span(p, q), 0.0
     for k in range(3):
-        part = 0.5 * (begin + end) - i + 0.5 * (end - begin) * (k - 1) * _GAUSS
+        share = 0.5 * (begin + end) - i + 0.5 * (end - begin) * (k - 1) * _GAUSS
         rates = span * p["indentation_rate"], span * q["indentation_rate"]
-        change = _slope(p["indentation"], rates[0], q["indentation"], rates[1], part)
-        force = _cubic(p["force"], span * p["force_rate"], q["force"], span * q["force_rate"], part)
+        change = _slope(p["indentation"], rates[0], q["indentation"], rates[1], share)
+        force = _cubic(p["force"], span * p["force_rate"], q["force"], span * q["force_rate"], share)
         total += (8.0 if k == 1 else 5.0) / 18.0 * force * change
     return -(end - begin) * total
 
@@ -124,8 +126,8 @@ def _turns(first: float, first_rate: float, last: float, last_rate: float) -> tu
 def read(points: np.ndarray, device: LoadingDevice) -> Reading:
     """The curve `points` (m,) of `POINT`, as a device reads it."""
     size = (points.size - 1) * (_PARTS + 4) + 1
-    place, control, energy, state = np.empty(size), np.empty(size), np.zeros(size), np.empty((size, 3))
-    parts = np.empty(_PARTS + 4)
+    position, control, energy, state = np.empty(size), np.empty(size), np.zeros(size), np.empty((size, 3))
+    shares = np.empty(_PARTS + 4)
     count = 0
     for i in range(points.size - 1):
         p, q = points[i], points[i + 1]
@@ -136,60 +138,60 @@ def read(points: np.ndarray, device: LoadingDevice) -> Reading:
         stage = depth[0] - c * force[0], depth[1] - c * force[1], depth[2] - c * force[2], depth[3] - c * force[3]
         used = _PARTS if span != 0.0 else 1
         for k in range(used):
-            parts[k] = k / _PARTS
+            shares[k] = k / _PARTS
         tops, folds = _turns(force[0], force[1], force[2], force[3]), _turns(stage[0], stage[1], stage[2], stage[3])
         for turn in (tops[0], tops[1], folds[0], folds[1]):
             if 0.0 < turn < 1.0:
-                parts[used] = turn
+                shares[used] = turn
                 used += 1
-        for part in np.sort(parts[:used]):
-            place[count] = i + part
+        for share in np.sort(shares[:used]):
+            position[count] = i + share
             count += 1
-    place[count] = points.size - 1.0
+    position[count] = points.size - 1.0
     count += 1
     for k in range(count):
-        state[k, 0], state[k, 1], state[k, 2] = state_at(points, place[k])
+        state[k, 0], state[k, 1], state[k, 2] = state_at(points, position[k])
         control[k] = _control_of(device, state[k, 0], state[k, 1])
         if k > 0:
-            energy[k] = energy[k - 1] + _energy_between(points, place[k - 1], place[k])
-    return Reading(place[:count], control[:count], energy[:count], state[:count])
+            energy[k] = energy[k - 1] + _energy_between(points, position[k - 1], position[k])
+    return Reading(position[:count], control[:count], energy[:count], state[:count])
 
 
 @kernel
-def _next(reading: Reading, place: float, upwards: bool) -> int:
+def _next(reading: Reading, position: float, upwards: bool) -> int:
     if upwards:
-        return np.searchsorted(reading.place, place, side="right")
-    return np.searchsorted(reading.place, place, side="left") - 1
+        return np.searchsorted(reading.position, position, side="right")
+    return np.searchsorted(reading.position, position, side="left") - 1
 
 
 @kernel
-def _crossing(points: np.ndarray, device: LoadingDevice, begin: float, end: float, wanted: float) -> float:
-    """Place between two, between which the control is monotone, where it is `wanted`; by false position (Illinois)."""
-    miss, other = _control_at(points, device, begin) - wanted, _control_at(points, device, end) - wanted
-    if miss == 0.0 or miss * other > 0.0:
-        return begin if abs(miss) <= abs(other) else end
+def _crossing(points: np.ndarray, device: LoadingDevice, begin: float, end: float, target: float) -> float:
+    """Place between two, between which the control is monotone, where it is `target`; by false position (Illinois)."""
+    miss, end_miss = _control_at(points, device, begin) - target, _control_at(points, device, end) - target
+    if miss == 0.0 or miss * end_miss > 0.0:
+        return begin if abs(miss) <= abs(end_miss) else end
     for _ in range(60):
-        middle = end - other * (end - begin) / (other - miss)
-        found = _control_at(points, device, middle) - wanted
-        if found * other < 0.0:
-            begin, miss = end, other
+        middle = end - end_miss * (end - begin) / (end_miss - miss)
+        middle_miss = _control_at(points, device, middle) - target
+        if middle_miss * end_miss < 0.0:
+            begin, miss = end, end_miss
         else:
             miss *= 0.5
-        end, other = middle, found
-        if found == 0.0 or abs(end - begin) <= 1e-15 * (1.0 + end):
+        end, end_miss = middle, middle_miss
+        if middle_miss == 0.0 or abs(end - begin) <= 1e-15 * (1.0 + end):
             break
     return end
 
 
 @kernel
-def _energy_at(points: np.ndarray, reading: Reading, place: float) -> float:
-    k = max(np.searchsorted(reading.place, place, side="right") - 1, 0)
-    return reading.energy[k] + _energy_between(points, reading.place[k], place)
+def _energy_at(points: np.ndarray, reading: Reading, position: float) -> float:
+    k = max(np.searchsorted(reading.position, position, side="right") - 1, 0)
+    return reading.energy[k] + _energy_between(points, reading.position[k], position)
 
 
 @kernel
-def _recorded(points: np.ndarray, records: Records, time: float, place: float) -> Records:
-    depth, force, edge = state_at(points, place)
+def _recorded(points: np.ndarray, records: Records, time: float, position: float) -> Records:
+    depth, force, edge = state_at(points, position)
     return with_record(records, time, depth, force, edge)
 
 
@@ -198,7 +200,7 @@ def _moved(
     points: np.ndarray,
     reading: Reading,
     device: LoadingDevice,
-    place: float,
+    position: float,
     times: tuple[float, float],
     controls: tuple[float, float],
     records: Records,
@@ -209,59 +211,59 @@ def _moved(
     """
     upwards = controls[1] > controls[0]
     sign = 1 if upwards else -1
-    last, k = controls[0], _next(reading, place, upwards)
+    last, k = controls[0], _next(reading, position, upwards)
     while controls[1] != controls[0]:
-        if k < 0 or k == reading.place.size:
-            return place, records, NO_EQUILIBRIUM
+        if k < 0 or k == reading.position.size:
+            return position, records, NO_EQUILIBRIUM
         control = reading.control[k]
         if sign * (control - last) < -_ROUNDING * (1.0 + abs(last)):
             instant = times[0] + (last - controls[0]) / (controls[1] - controls[0]) * (times[1] - times[0])
             # It lands on the next place beyond that has the same control; on none where it flies off.
-            after, wanted, j = np.nan, _control_at(points, device, place), k
-            while 0 <= j < reading.place.size and sign * (reading.control[j] - wanted) < 0.0:
+            after, target, j = np.nan, _control_at(points, device, position), k
+            while 0 <= j < reading.position.size and sign * (reading.control[j] - target) < 0.0:
                 j += sign
-            if 0 <= j < reading.place.size:
-                after = _crossing(points, device, reading.place[j - sign], reading.place[j], wanted)
-            depth, force, _ = state_at(points, place)
+            if 0 <= j < reading.position.size:
+                after = _crossing(points, device, reading.position[j - sign], reading.position[j], target)
+            depth, force, _ = state_at(points, position)
             if np.isnan(after) and not device.by_force:
-                return place, records, NO_EQUILIBRIUM  # the curve is not complete
+                return position, records, NO_EQUILIBRIUM  # the curve is not complete
             if np.isnan(after):
                 records = with_jump(records, instant, depth, (force, 0.0), (0.0, np.nan), np.nan, np.nan)
-                return place, records, DETACHED
+                return position, records, DETACHED
             new_depth, new_force, _ = state_at(points, after)
-            lost = _energy_at(points, reading, place) - _energy_at(points, reading, after)
+            lost = _energy_at(points, reading, position) - _energy_at(points, reading, after)
             if device.by_force:
                 lost -= force * (new_depth - depth)
             else:
                 lost += 0.5 * device.compliance * (force**2 - new_force**2)
             records = with_jump(records, instant, depth, (force, new_force), (0.0, after), lost, new_depth)
             records = _recorded(points, records, instant, after)
-            place, k = after, _next(reading, after, upwards)
+            position, k = after, _next(reading, after, upwards)
             continue
         if sign * (control - controls[1]) >= 0.0:
-            place = _crossing(points, device, place, reading.place[k], controls[1])
+            position = _crossing(points, device, position, reading.position[k], controls[1])
             break
         if abs(control - last) > _ROUNDING * (1.0 + abs(last)):  # not so where a point is there twice
             instant = times[0] + (control - controls[0]) / (controls[1] - controls[0]) * (times[1] - times[0])
             state, last = reading.state[k], control
             records = with_record(records, instant, state[0], state[1], state[2])
-        place, k = reading.place[k], k + sign
-    return place, _recorded(points, records, times[1], place), COMPLETED
+        position, k = reading.position[k], k + sign
+    return position, _recorded(points, records, times[1], position), COMPLETED
 
 
 @kernel
 def _start(points: np.ndarray, reading: Reading, device: LoadingDevice, control: float) -> tuple[float, bool]:
     """The place from which a protocol starts: the surfaces have come together, or are in contact under a force."""
     if device.by_force:
-        k = reading.place.size - 1
+        k = reading.position.size - 1
         while k > 0 and control < reading.control[k - 1] <= reading.control[k]:
             k -= 1
         if k == 0 or reading.control[k - 1] > control:
             return 0.0, False
-        return _crossing(points, device, reading.place[k - 1], reading.place[k], control), True
+        return _crossing(points, device, reading.position[k - 1], reading.position[k], control), True
     begin = reading.control[0], control
-    place, _, outcome = _moved(points, reading, device, 0.0, (0.0, 1.0), begin, new_records())
-    return place, outcome == COMPLETED
+    position, _, outcome = _moved(points, reading, device, 0.0, (0.0, 1.0), begin, new_records())
+    return position, outcome == COMPLETED
 
 
 @kernel
@@ -276,19 +278,19 @@ def walk(
     """
     reading, records = read(points, device), new_records()
     steps, energies = np.zeros(times.size - 1, dtype=np.int64), np.zeros(2)
-    place, found = _start(points, reading, device, controls[0])
-    if not found:
+    position, started = _start(points, reading, device, controls[0])
+    if not started:
         return records, steps, energies, DETACHED if device.by_force else NO_EQUILIBRIUM
-    records, outcome = _recorded(points, records, times[0], place), COMPLETED
-    energies[0] = _energy_at(points, reading, place)
+    records, outcome = _recorded(points, records, times[0], position), COMPLETED
+    energies[0] = _energy_at(points, reading, position)
     for s in range(steps.size):
         before = records.filled[0]
         span, ends = (times[s], times[s + 1]), (controls[s], controls[s + 1])
-        place, records, outcome = _moved(points, reading, device, place, span, ends, records)
+        position, records, outcome = _moved(points, reading, device, position, span, ends, records)
         steps[s] = records.filled[0] - before
         if outcome != COMPLETED:
             break
-    energies[1] = _energy_at(points, reading, place)
+    energies[1] = _energy_at(points, reading, position)
     return records, steps, energies, outcome
 
 
@@ -297,12 +299,12 @@ def _covers(points: np.ndarray, device: LoadingDevice, control: float) -> bool:
     if not points.size:
         return False
     last = points[-1]
-    return bool(in_python(_control_of)(device, last["indentation"], last["force"]) >= control)
+    return bool(uncompiled(_control_of)(device, last["indentation"], last["force"]) >= control)
 
 
 def march_elastic(
     scene: Scene, path: Path, accuracy: Accuracy, times: np.ndarray, controls: np.ndarray, most_work: float
-) -> Marched:
+) -> MarchResult:
     """Follow a protocol of an elastic contact with adhesion, as `march` of `time_stepping` does.
 
     Args:
@@ -332,9 +334,9 @@ def march_elastic(
         points, work = branch.reaching(deepest, most_work)
     nothing = np.empty(0, RECORD), np.empty(0, JUMP), work, np.zeros(times.size - 1, np.int64), np.zeros(2)
     if is_spent(work):
-        return Marched(*nothing, OUT_OF_WORK)
+        return MarchResult(*nothing, OUT_OF_WORK)
     if not _covers(points, device, controls.max()):
-        return Marched(*nothing, NO_EQUILIBRIUM)
+        return MarchResult(*nothing, NO_EQUILIBRIUM)
     records, steps, energies, outcome = walk(points, device, times, controls)
     states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
     for k, after in enumerate(jumps["eigenvalue_after"].tolist()):
@@ -342,4 +344,4 @@ def march_elastic(
             jumps["eigenvalue_after"][k] = branch.smallest_eigenvalue(after, device)
     work[STEPS] = states.size
     work[NODES] = round(states.size * np.mean(points["nodes"]))
-    return Marched(states, jumps, work, steps, energies, outcome)
+    return MarchResult(states, jumps, work, steps, energies, outcome)

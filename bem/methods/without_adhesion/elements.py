@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem._support.linear_algebra import dot
 from bem.problem.indenter import PARABOLOID, depth_factor
 from bem.problem.materials import PronySeries, StandardLinearSolid, relaxation_spectrum
@@ -85,8 +85,8 @@ def _crossing(push: Push, start: float, amplitudes: np.ndarray, times: np.ndarra
     for _ in range(_MOST_TRIALS):
         value, slope = start + s * (push.rate + push.curve * s), push.rate + 2.0 * push.curve * s
         for j in range(times.size):
-            part = amplitudes[j] * np.exp(-s / times[j])
-            value, slope = value + part, slope - part / times[j]
+            term = amplitudes[j] * np.exp(-s / times[j])
+            value, slope = value + term, slope - term / times[j]
         if (value < 0.0) == rising:
             low = s
         else:
@@ -181,14 +181,14 @@ def force_of_row(places: Places, row: Row) -> tuple[float, float]:
     if last < 0:
         return 0.0, 0.0
     outer = load[last]
-    part = outer / (outer - min(load[min(last + 1, load.size - 1)], 0.0))
+    share = outer / (outer - min(load[min(last + 1, load.size - 1)], 0.0))
     if last > 0:
         fall = load[last - 1] - outer
         inside = outer * (2 * last - 1) / (2 * last + 1)
-        part = max(part, min(inside / fall, 1.0) if fall > inside else 1.0)
-    edge = np.sqrt(last * last + part * (2 * last + 1))
-    rest = (edge - last) * (2.0 * edge + last) / (3.0 * (edge + last)) - (3.0 * last + 2.0) / (6.0 * last + 3.0)
-    return -2.0 / (np.pi * places.tabor) * places.spacing * (total + outer * rest), places.spacing * edge
+        share = max(share, min(inside / fall, 1.0) if fall > inside else 1.0)
+    edge = np.sqrt(last * last + share * (2 * last + 1))
+    edge_weight = (edge - last) * (2.0 * edge + last) / (3.0 * (edge + last)) - (3.0 * last + 2.0) / (6.0 * last + 3.0)
+    return -2.0 / (np.pi * places.tabor) * places.spacing * (total + outer * edge_weight), places.spacing * edge
 
 
 @functools.lru_cache(maxsize=256)
@@ -212,5 +212,5 @@ def places_of(tabor: float, reach: float, count: int, exponent: float = PARABOLO
     outer = (3.0 * numbers + 1.0) / (6.0 * numbers + 3.0)  # of the outer end of an interval
     weights = 1.0 - outer
     weights[1:] += outer[:-1]
-    heights = tabor * in_python(depth_factor)(exponent) * (spacing * numbers) ** exponent
+    heights = tabor * uncompiled(depth_factor)(exponent) * (spacing * numbers) ** exponent
     return Places(tabor, spacing, heights, weights)

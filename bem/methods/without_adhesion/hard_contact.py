@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation
 from bem.methods.closed_forms.hertz import contact_radius_from_indentation, load_factor
 from bem.methods.records import (
@@ -25,7 +25,7 @@ from bem.methods.records import (
     RECORD,
     REJECTIONS,
     STEPS,
-    Marched,
+    MarchResult,
     Records,
     is_spent,
     is_to_pause,
@@ -98,7 +98,7 @@ class Rules(NamedTuple):
 
 def follow_hard_contact(
     scene: Scene, path: Path, accuracy: Accuracy, glassy: bool, most_work: float
-) -> tuple[Marched, str]:
+) -> tuple[MarchResult, str]:
     """Follow a history without adhesion.
 
     Args:
@@ -109,7 +109,7 @@ def follow_hard_contact(
         most_work: budget in multiply-adds.
 
     Returns:
-        What `bem.methods.boundary_elements.time_stepping.march` returns, and the name of the rung that answered.
+        What `bem.methods.boundary_elements.time_stepping.march` returns, and the name of the method that answered.
     """
     by_force = isinstance(path, ForceProtocol)
     times, controls = np.array(path.times), np.array(-path.forces if by_force else path.indentations)
@@ -118,21 +118,26 @@ def follow_hard_contact(
     parted = by_force and bool(controls.min() < 0.0)
     if parted:  # the contact ends where its force does
         first = int(np.argmax(controls < 0.0))
-        part = controls[first - 1] / (controls[first - 1] - controls[first]) if first else 0.0
-        end = times[first - 1] + part * (times[first] - times[first - 1]) if first else times[0]
+        share = controls[first - 1] / (controls[first - 1] - controls[first]) if first else 0.0
+        end = times[first - 1] + share * (times[first] - times[first - 1]) if first else times[0]
         more = int(first > 0 and end > times[first - 1])
         times, controls = np.append(times[:first], [end] * more), np.append(controls[:first], [0.0] * more)
-    rung = "Hertz"
+    method = "Hertz"
     if times.size < 2:
         touch = np.zeros(times.size, RECORD)
         touch["time"] = times
-        found = Marched(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED)
+        result = MarchResult(touch, np.empty(0, JUMP), new_work(), np.zeros(0, np.int64), np.zeros(2), COMPLETED)
     elif scene.material.strengths.size == 0:
-        found = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
+        result = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
     else:
-        rung, solid, deepest, n = "elements", solid_of(scene.material), deepest_indentation(scene, path), scene.exponent
+        method, solid, deepest, n = (
+            "elements",
+            solid_of(scene.material),
+            deepest_indentation(scene, path),
+            scene.exponent,
+        )
         shape = _shape_of(scene, solid.glassy if glassy else 1.0)
-        radius = in_python(_radius_under)(shape, device, float(controls[0]))
+        radius = uncompiled(_radius_under)(shape, device, float(controls[0]))
         depth = shape.depth * radius**n if radius > 0.0 or not device.inward else float(controls[0])
         # Forces are exact where the indentation is known, and only the curve between them must be resolved.
         allowed = 0.5 * accuracy.target**0.9 if device.inward else 0.6 * accuracy.target**1.08
@@ -141,20 +146,20 @@ def follow_hard_contact(
             reach = float(contact_radius_from_indentation(max(deepest, 1e-12), scene.tabor, n))
             rules = Rules(allowed, load_factor(n) * reach ** (n + 1.0), deepest, 0.2)
             places = places_of(scene.tabor, reach, count, n)
-            found = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work)
-            reached = float(found.records["contact_radius"].max())
+            result = follow_elements(rules, solid, device, places, times, controls, depth, glassy, most_work)
+            reached = float(result.records["contact_radius"].max())
             followed = device.compliance == 0.0 or reached > _FIRST_REACH * reach or reached == 0.0
-            followed = followed or found.outcome != COMPLETED
+            followed = followed or result.outcome != COMPLETED
             deepest *= (1.2 * reached / reach) ** n
-    if parted and found.outcome == COMPLETED:
-        found = found._replace(outcome=DETACHED)
+    if parted and result.outcome == COMPLETED:
+        result = result._replace(outcome=DETACHED)
     steps = np.zeros(path.times.size - 1, dtype=np.int64)
-    steps[: found.segment_steps.size] = found.segment_steps
-    return found._replace(segment_steps=steps), rung
+    steps[: result.segment_steps.size] = result.segment_steps
+    return result._replace(segment_steps=steps), method
 
 
 def _shape_of(scene: Scene, stiffness: float = 1.0) -> Shape:
-    factor = in_python(depth_factor)(scene.exponent)
+    factor = uncompiled(depth_factor)(scene.exponent)
     return Shape(scene.exponent, scene.tabor * factor, stiffness * load_factor(scene.exponent))
 
 
@@ -193,7 +198,7 @@ def _record(row: np.ndarray, shape: Shape, device: Device, time: float, control:
 
 
 @kernel
-def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.ndarray, density: float) -> Marched:
+def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.ndarray, density: float) -> MarchResult:
     """Follow a history, as `follow_elements`, of an elastic contact by Hertz's formula.
 
     `density` is the number of records along the largest radius, enough for the monotone cubics between them.
@@ -219,8 +224,8 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
                 radius = radius_before + (last - radius_before) * (k / count)
                 power = _power(shape, radius)
                 reached = device.inward * shape.depth * power + device.compliance * shape.load * power * radius
-                part = (reached - first) / (control - first)
-                instant, value = begin + (end - begin) * part, first + (control - first) * part
+                share = (reached - first) / (control - first)
+                instant, value = begin + (end - begin) * share, first + (control - first) * share
                 _record(states[filled + k - 1], shape, device, instant, value, radius)
             filled, steps[s] = filled + count, steps[s] + count
             _record(states[filled - 1], shape, device, end, control, last)
@@ -228,7 +233,7 @@ def follow_hertz(shape: Shape, device: Device, times: np.ndarray, controls: np.n
     energies[1] = stored * last ** (2.0 * n + 1.0)
     work = new_work()
     work[STEPS], work[MULTIPLY_ADDS] = filled - 1, 30 * filled
-    return Marched(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
+    return MarchResult(states[:filled], np.empty(0, JUMP), work, steps, energies, COMPLETED, np.empty(0, PROFILE))
 
 
 @kernel
@@ -271,40 +276,40 @@ def _solve(
     """
     # How the load of an element answers to the indentation at the end of the step.
     bend = 1.0 / (step * (step + step_before)) if step_before > 0.0 else 0.0
-    stiffness, one = 1.0, Push(1.0 / step - bend * step, bend, step)
+    stiffness, unit_push = 1.0, Push(1.0 / step - bend * step, bend, step)
     for j in range(solid.times.size):
-        stiffness += solid.moduli[j] * relaxed(one, solid.relaxations[j], 0.0, 0.0, step)
-    low, high, found = -np.inf, np.inf, control if device.compliance == 0.0 else guess
+        stiffness += solid.moduli[j] * relaxed(unit_push, solid.relaxations[j], 0.0, 0.0, step)
+    low, high, indentation = -np.inf, np.inf, control if device.compliance == 0.0 else guess
     reach = _REJECTED * rules.allowed * rules.depth_scale
     force, radius = 0.0, 0.0
     for _ in range(_MOST_SOLUTIONS):
         work[MULTIPLY_ADDS] += places.heights.size * (2 * solid.times.size + 4) + 500
-        rate = (found - depth) / step
+        rate = (indentation - depth) / step
         curve = bend * step * (rate - slope_before)
         advance(solid, row, places.heights, depth, Push(rate - curve * step, curve, step), new)
         force, radius = force_of_row(places, new)
         if device.compliance == 0.0:
             break
-        excess = device.inward * found - device.compliance * force - control
+        excess = device.inward * indentation - device.compliance * force - control
         slope = device.inward + device.compliance * 2.0 / (np.pi * places.tabor) * stiffness * max(
             radius, 0.05 * places.spacing
         )
         if radius == 0.0 and slope > 2.0 * device.inward > 0.0:  # a sphere that flies, whatever it will touch
             slope = device.inward
         if excess < 0.0:
-            low = found
+            low = indentation
         else:
-            high = found
+            high = indentation
         change = -excess / slope
         settled = abs(change) <= _SETTLED * rules.allowed * rules.depth_scale  # a small contact sinks under no force
         if settled and abs(excess) <= _BALANCED * rules.allowed * device.compliance * max(rules.force_scale, -force):
             break
-        before, found = found, found + change
-        if found != before and not low < found < high:
-            found = 0.5 * (low + high)
-        if found == before or (can_shrink and (low > guess + reach or high < guess - reach)):
+        before, indentation = indentation, indentation + change
+        if indentation != before and not low < indentation < high:
+            indentation = 0.5 * (low + high)
+        if indentation == before or (can_shrink and (low > guess + reach or high < guess - reach)):
             break
-    return found, force, radius
+    return indentation, force, radius
 
 
 def follow_elements(
@@ -317,7 +322,7 @@ def follow_elements(
     depth: float,
     glassy: bool,
     most_work: float,
-) -> Marched:
+) -> MarchResult:
     """Follow the history (`times`, `controls`), linear between its s instants, from the indentation `depth`.
 
     Args:
@@ -328,17 +333,17 @@ def follow_elements(
         glassy: whether the surfaces met just before the start.
         most_work: budget in multiply-adds.
     """
-    work, segment_steps = in_python(new_work)(most_work), np.zeros(times.size - 1, np.int64)
+    work, segment_steps = uncompiled(new_work)(most_work), np.zeros(times.size - 1, np.int64)
     row = Row(depth > places.heights, np.zeros((places.heights.size, solid.times.size)), depth - places.heights)
     if glassy:
         row.memory[row.touching] = row.load[row.touching, np.newaxis]
     row.load[~row.touching | glassy] *= solid.glassy
-    course = Course(row, float(depth), float(rules.force_scale), in_python(new_records)(), 0, PAUSED)
+    course = Course(row, float(depth), float(rules.force_scale), uncompiled(new_records)(), 0, PAUSED)
     while course.outcome == PAUSED:
         course = _follow(rules, solid, device, places, times, controls, course, segment_steps, next_slice(work))
     states = course.records.states[: course.records.filled[0]]
     energies, no_jumps, no_profiles = np.zeros(2), np.empty(0, JUMP), np.empty(0, PROFILE)
-    return Marched(states, no_jumps, work, segment_steps, energies, course.outcome, no_profiles)
+    return MarchResult(states, no_jumps, work, segment_steps, energies, course.outcome, no_profiles)
 
 
 @kernel
@@ -384,19 +389,19 @@ def _follow(
                 before = past[0] - past[1]
                 slope = (depths[0] - depths[1]) / before
             can_shrink = step > 1e-9 * duration
-            found, force, radius = _solve(
+            indentation, force, radius = _solve(
                 rules, solid, device, places, row, depth, expected, slope, before, control, step, can_shrink, new, work
             )
             error = abs(force - _predicted(past, forces, count, after)) / max(force_scale, -force)
             if device.compliance > 0.0:
-                error = max(error * device.inward, abs(found - expected) / rules.depth_scale)
+                error = max(error * device.inward, abs(indentation - expected) / rules.depth_scale)
             change = 0.9 * (rules.allowed / max(error, 1e-12)) ** (1.0 / count)
             if error > _REJECTED * rules.allowed and can_shrink:
                 work[REJECTIONS] += 1
                 step *= min(max(change, 0.2), 0.7)
                 force = forces[0]
                 continue
-            row, new, depth, now = new, row, found, after
+            row, new, depth, now = new, row, indentation, after
             force_scale = max(force_scale, -force)
             for i in range(_PARABOLA - 1, 0, -1):
                 past[i], depths[i], forces[i] = past[i - 1], depths[i - 1], forces[i - 1]

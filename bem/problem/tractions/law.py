@@ -36,16 +36,16 @@ LENNARD_JONES = Law(False, GAP_AT_PEAK, 1.0, 0.0, np.empty((0, 7)))
 def _tabulated(law: Law, gap: float, which: float) -> float:
     """One of the formulas of a tabulated law; one function for all, so that less code is compiled."""
     numbers = law.numbers
-    joint, scale, unit, offset, rest = numbers[0, 0], numbers[0, 1], numbers[0, 2], numbers[0, 3], numbers[0, 4]
+    joint, scale, unit, offset, tail = numbers[0, 0], numbers[0, 1], numbers[0, 2], numbers[0, 3], numbers[0, 4]
     if gap < joint:
-        place = 1.0 + (gap - 1.0) / unit
+        scaled_gap = 1.0 + (gap - 1.0) / unit
         if which == _TRACTION:
-            return scale * traction(place)
+            return scale * traction(scaled_gap)
         if which == _SLOPE:
-            return scale / unit * slope(place)
+            return scale / unit * slope(scaled_gap)
         if which == _POTENTIAL:
-            return scale * unit * potential(place) + offset
-        return scale * unit * unit * tail_energy(place) + rest + 2.0 * offset * (joint - gap)
+            return scale * unit * potential(scaled_gap) + offset
+        return scale * unit * unit * tail_energy(scaled_gap) + tail + 2.0 * offset * (joint - gap)
     low, high = 1, numbers.shape[0]
     while high - low > 1:
         middle = (low + high) // 2

@@ -100,13 +100,13 @@ class ConstantStress(TractionLaw):
 
     def traction(self, gap: FloatArray) -> FloatArray:
         """Traction (n,) at gaps (n,), in dgamma/h0."""
-        part = np.clip((gap - self.range) / self.width + 0.5, 0.0, 1.0)
-        return PEAK_TRACTION * (1.0 - part**2 * (3.0 - 2.0 * part))
+        share = np.clip((gap - self.range) / self.width + 0.5, 0.0, 1.0)
+        return PEAK_TRACTION * (1.0 - share**2 * (3.0 - 2.0 * share))
 
     def slope(self, gap: FloatArray) -> FloatArray:
         """Its derivative (n,)."""
-        part = np.clip((gap - self.range) / self.width + 0.5, 0.0, 1.0)
-        return -6.0 * PEAK_TRACTION / self.width * part * (1.0 - part)
+        share = np.clip((gap - self.range) / self.width + 0.5, 0.0, 1.0)
+        return -6.0 * PEAK_TRACTION / self.width * share * (1.0 - share)
 
 
 @dataclass(frozen=True)
@@ -125,13 +125,13 @@ class Exponential(TractionLaw):
 
     def traction(self, gap: FloatArray) -> FloatArray:
         """Traction (n,) at gaps (n,), in dgamma/h0."""
-        part = (gap - 1.0) / self.length
-        return part * np.exp(-part) / self.length
+        distance = (gap - 1.0) / self.length
+        return distance * np.exp(-distance) / self.length
 
     def slope(self, gap: FloatArray) -> FloatArray:
         """Its derivative (n,)."""
-        part = (gap - 1.0) / self.length
-        return (1.0 - part) * np.exp(-part) / self.length**2
+        distance = (gap - 1.0) / self.length
+        return (1.0 - distance) * np.exp(-distance) / self.length**2
 
 
 LAWS = {
@@ -157,8 +157,8 @@ def law_of(adhesion: LennardJones | HardContact | TractionLaw) -> Law:
 def _tabulated(law: TractionLaw) -> Law:
     breaks, (scale, unit), peak_gap = _numbers_of(law)
     ends = itertools.pairwise(breaks)
-    part = np.arange(_PIECES) / _PIECES
-    gap = np.concatenate([low + (high - low) * part for low, high in ends] + [[breaks[-1]]])
+    shares = np.arange(_PIECES) / _PIECES
+    gap = np.concatenate([low + (high - low) * shares for low, high in ends] + [[breaks[-1]]])
     value, slope_there = _computed(law, "traction", gap), _computed(law, "slope", gap)
     _check_slope(law, gap, value, slope_there, scale / unit * slope(1.0 + (gap[0] - 1.0) / unit))
     _check_peak(law, gap, value)
@@ -182,13 +182,13 @@ def _tabulated(law: TractionLaw) -> Law:
             f"{shown(law)} with {value[0]:.8g}"
         )
     offset = depth[0] - scale * unit * potential(joint)
-    rest = energy[0] - scale * unit**2 * tail_energy(joint)
+    tail = energy[0] - scale * unit**2 * tail_energy(joint)
     if abs(scale * unit * potential(1.0) + offset + 1.0) > _MISMATCH:
         raise ValueError(
             f"the work of adhesion of a traction law must be 1; received {shown(law)} with "
             f"{-scale * unit * potential(1.0) - offset:.8g}"
         )
-    numbers = np.vstack([[gap[0], scale, unit, offset, rest, 0.0, 0.0], pieces])
+    numbers = np.vstack([[gap[0], scale, unit, offset, tail, 0.0, 0.0], pieces])
     return Law(True, peak_gap, (peak_gap - 1.0) / (GAP_AT_PEAK - 1.0), 1.0 - unit, numbers)
 
 
@@ -209,29 +209,29 @@ def _numbers_of(law: TractionLaw) -> tuple[tuple[float, ...], FloatArray, float]
 
 def _computed(law: TractionLaw, name: str, gap: FloatArray) -> FloatArray:
     """Traction or slope of a law, finite, of the shape of `gap`."""
-    found = real_array(f"{name} of a traction law", getattr(law, name)(gap))
-    if found.shape != gap.shape:
-        raise ValueError(f"{name} of a traction law must be as many numbers as gaps; received shape {found.shape}")
-    if (bad := np.flatnonzero(~np.isfinite(found))).size:
+    numbers = real_array(f"{name} of a traction law", getattr(law, name)(gap))
+    if numbers.shape != gap.shape:
+        raise ValueError(f"{name} of a traction law must be as many numbers as gaps; received shape {numbers.shape}")
+    if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
         raise ValueError(
             f"{name} of a traction law must be finite from breaks[0] to breaks[-1]; received {shown(law)} with "
-            f"{found[bad[0]]} at the gap {gap[bad[0]]:.8g}"
+            f"{numbers[bad[0]]} at the gap {gap[bad[0]]:.8g}"
         )
-    return found
+    return numbers
 
 
 def _check_slope(law: TractionLaw, gap: FloatArray, value: FloatArray, slopes: FloatArray, before: float) -> None:
     """Compare the slope with differences of the traction by Simpson's rule, and at both ends with what is beyond."""
     between = _computed(law, "slope", 0.5 * (gap[1:] + gap[:-1]))
-    found = np.concatenate([slopes[:1], (slopes[:-1] + 4.0 * between + slopes[1:]) / 6.0, slopes[-1:]])
-    wanted = np.concatenate([[before], np.diff(value) / np.diff(gap), [0.0]])
-    errors = np.abs(found - wanted)
+    mean_slopes = np.concatenate([slopes[:1], (slopes[:-1] + 4.0 * between + slopes[1:]) / 6.0, slopes[-1:]])
+    differences = np.concatenate([[before], np.diff(value) / np.diff(gap), [0.0]])
+    errors = np.abs(mean_slopes - differences)
     worst = int(np.argmax(errors))
     if errors[worst] > _ROUGHNESS * max(slopes.max(), -slopes.min(), _MISMATCH):
         raise ValueError(
             "slope of a traction law must be continuous and the derivative of its traction, "
-            f"{wanted[worst]:.6g} at the gap {gap[max(worst - 1, 0)]:.6g}; received {shown(law)} with "
-            f"{found[worst]:.6g}"
+            f"{differences[worst]:.6g} at the gap {gap[max(worst - 1, 0)]:.6g}; received {shown(law)} with "
+            f"{mean_slopes[worst]:.6g}"
         )
     if abs(value[-1]) > _MISMATCH:
         raise ValueError(
@@ -240,10 +240,10 @@ def _check_slope(law: TractionLaw, gap: FloatArray, value: FloatArray, slopes: F
 
 
 def _check_peak(law: TractionLaw, gap: FloatArray, value: FloatArray) -> None:
-    there, largest = _computed(law, "traction", np.array([law.peak_gap]))[0], float(np.max(value))
+    at_peak, largest = _computed(law, "traction", np.array([law.peak_gap]))[0], float(np.max(value))
     first = int(np.argmax(value >= largest * (1.0 - _MISMATCH)))
     early = law.peak_gap - gap[first] > 2.0 * np.diff(gap)[min(first, gap.size - 2)]
-    if there < (1.0 - 10.0 * _MISMATCH) * largest or early:
+    if at_peak < (1.0 - 10.0 * _MISMATCH) * largest or early:
         raise ValueError(
             f"peak_gap of a traction law must be the smallest gap of its largest traction, {gap[first]:.6g}; received "
             f"{shown(law)} with {law.peak_gap:.6g}"

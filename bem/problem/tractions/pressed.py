@@ -38,14 +38,14 @@ def pressed_gap_of(law: Law, scaled_traction: float, guess: float) -> float:
     """`pressed_gap` of any law; tension counts up to `LARGEST_TENSION`."""
     if not law.tabulated:
         return pressed_gap(scaled_traction, guess)
-    wanted, joint = min(scaled_traction, LARGEST_TENSION), law.numbers[0, 0]
-    if wanted <= traction_at(law, joint):
+    capped, joint = min(scaled_traction, LARGEST_TENSION), law.numbers[0, 0]
+    if capped <= traction_at(law, joint):
         unit = law.numbers[0, 2]
         near = max(1.0 + (min(guess, joint) - 1.0) / unit, 0.3)
-        return 1.0 + unit * (pressed_gap(wanted / law.numbers[0, 1], near) - 1.0)
+        return 1.0 + unit * (pressed_gap(capped / law.numbers[0, 1], near) - 1.0)
     gap = joint  # the traction rises ever more slowly, so that Newton's method comes from below
     for _ in range(40):
-        change = (wanted - traction_at(law, gap)) / slope_at(law, gap)
+        change = (capped - traction_at(law, gap)) / slope_at(law, gap)
         gap = min(gap + change, law.peak_gap)
         if abs(change) <= 1e-10:
             break
@@ -81,13 +81,13 @@ def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, law: Law, ou
 
 
 @kernel
-def changed_gap(law: Law, gap: float, wanted: float, pressed: float) -> float:
-    """The gap of a node whose traction is to become `wanted`, on the scale on which the law rises.
+def changed_gap(law: Law, gap: float, scaled_traction: float, pressed: float) -> float:
+    """The gap of a node whose traction is to become `scaled_traction`, on the scale on which the law rises.
 
     `pressed` is the gap of that traction. A node that tension takes off the steep branch moves outwards a little.
     """
     scaled, moved = 1.0 + (gap - 1.0) / law.rise, pressed
-    if wanted > LARGEST_TENSION:
+    if scaled_traction > LARGEST_TENSION:
         scaled = min(max(scaled, 1.0) * 1.08, 1.15) if scaled < 1.1 else scaled * 1.05
         moved = 1.0 + law.rise * (scaled - 1.0)
     elif scaled >= 0.98 * GAP_AT_PEAK:

@@ -9,7 +9,7 @@ import pytest
 
 import bem
 from bem import Cases, HardContact, Scene, load_cases, run_campaign
-from bem.dataset.cases import ARRAYS, described, restored, with_nan
+from bem.dataset.cases import ARRAYS, described, outcome_text, restored, restored_trajectory, with_nan
 from bem.dataset.file import load_dataset
 from bem.dataset.sealed_file import DamagedFileError
 from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
@@ -178,5 +178,13 @@ def test_descriptions_name_the_law_and_the_spring_only_where_there_is_one():
 def test_counts_that_an_older_file_lacks_are_those_of_one_attempt():
     stats = Statistics(**with_nan(Statistics, {"steps": 3}))
     assert (stats.steps, stats.attempts, stats.failed_attempts) == (3, 1, 0)
-    assert (stats.rung, stats.left_out, stats.steps_by_phase) == ("boundary elements", (), {})
+    assert (stats.method, stats.left_out, stats.steps_by_phase) == ("boundary elements", (), {})
     assert np.isnan(stats.nodes)
+
+
+def test_files_that_say_rung_are_read():
+    trajectory = bem.simulate(Scene(1.0), RAMP, "draft")
+    arrays = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS}
+    former = outcome_text(trajectory).replace('"method"', '"rung"')
+    again = restored_trajectory(arrays | {"outcome": former})
+    assert again.stats.method == trajectory.stats.method == "elastic branch"

@@ -14,7 +14,7 @@ from bem.methods.records import (
     RECORD,
     TOO_MUCH_TENSION,
     UNPHYSICAL,
-    Marched,
+    MarchResult,
     new_work,
 )
 from bem.problem.indenter import tension_without_deformation
@@ -52,7 +52,7 @@ def test_without_adhesion_there_is_no_tension():
 def test_the_outcome_names_the_broken_bound(force, energy, outcome):
     records, steps = np.zeros(3, RECORD), np.array([2])
     records["indentation"], records["force"] = [0.0, 0.5, 1.0], force  # what goes in is minus the mean force
-    result = Marched(records, np.empty(0, JUMP), new_work(), steps, np.array([0.0, energy + 0.25]), COMPLETED)
+    result = MarchResult(records, np.empty(0, JUMP), new_work(), steps, np.array([0.0, energy + 0.25]), COMPLETED)
     assert within_bounds(result, bem.Scene(1.0), least_force=-10.0, target=4e-3).outcome == outcome
 
 
@@ -67,5 +67,5 @@ def test_what_breaks_a_bound_is_computed_by_steps(monkeypatch):
     by_branch = bem.simulate(scene, protocol)
     monkeypatch.setattr(simulation, "march_elastic", doubled)
     by_steps = bem.simulate(scene, protocol)
-    assert (by_branch.stats.rung, by_steps.stats.rung) == ("elastic branch", "boundary elements")
+    assert (by_branch.stats.method, by_steps.stats.method) == ("elastic branch", "boundary elements")
     assert by_steps.pull_off_force == pytest.approx(by_branch.pull_off_force, rel=4e-3)

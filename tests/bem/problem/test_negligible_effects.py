@@ -5,7 +5,7 @@ import pytest
 
 from bem import HardContact, Scene, recommend, simulate, simulation
 from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.problem.negligible_effects import Lighter, lighter_scene
+from bem.problem.negligible_effects import SimplifiedScene, simplified_scene
 from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from tests.validation.cases import corners_of_the_papers_box, drawn_from_the_papers_box, ramps
 
@@ -32,7 +32,9 @@ def test_it_is_left_out_and_said_and_hardly_moves_the_force(scene, named, materi
     assert 0.0 < found.stats.left_out_error < 0.1 * found.accuracy
     assert found.stats.memory_vectors == material.strengths.size
     asked = []
-    monkeypatch.setattr(simulation, "lighter_scene", lambda scene, *_: asked.append(scene) or Lighter(scene, (), 0.0))
+    monkeypatch.setattr(
+        simulation, "simplified_scene", lambda scene, *_: asked.append(scene) or SimplifiedScene(scene, (), 0.0)
+    )
     full = simulate(scene, PATH, 1e-3, **glassy)
     assert asked == [scene]
     assert full.stats.left_out == ()
@@ -58,20 +60,20 @@ def test_it_is_left_out_and_said_and_hardly_moves_the_force(scene, named, materi
 )
 def test_what_matters_or_costs_nothing_stays(scene, protocol):
     path = protocol.history(1.0) if isinstance(protocol, LoadingProtocol) else protocol
-    assert lighter_scene(scene, path, 4e-3) == (scene, (), 0.0)
+    assert simplified_scene(scene, path, 4e-3) == (scene, (), 0.0)
 
 
 def test_nothing_of_the_papers_box_is_left_out():
     for scene, protocol in [*corners_of_the_papers_box(), *drawn_from_the_papers_box(200)]:
         for target in (4e-3, 5e-2):
-            assert lighter_scene(scene, protocol.history(scene.tabor), target) == (scene, (), 0.0)
+            assert simplified_scene(scene, protocol.history(scene.tabor), target) == (scene, (), 0.0)
 
 
 def test_all_bounds_together_stay_below_a_tenth():
     count = 20
     material = PronySeries(np.full(count, 4e-5), np.geomspace(0.1, 10.0, count))
     path = PiecewiseLinearProtocol([0.0, 1.0], [-3.0, 1.0])
-    found = lighter_scene(Scene(1.0, material), path, 4e-3)
+    found = simplified_scene(Scene(1.0, material), path, 4e-3)
     assert 1 < len(found.left_out) < count
     assert found.error < 4e-4
     assert found.scene.material.strengths.size == count - len(found.left_out)

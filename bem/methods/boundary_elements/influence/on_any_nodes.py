@@ -78,9 +78,9 @@ def kernel_series() -> np.ndarray:
     inside_basis = small[:, None] ** np.concatenate([[0, 1], 3 + 2 * np.arange(_FAR_TERMS)])
     inside = _fitted(inside_basis, second_integral(small))
     outside_basis = small[:, None] ** np.concatenate([[0, -1], 2 + 2 * np.arange(_FAR_TERMS)])
-    rest = second_integral(1.0 / small) - small**-2.0 - 0.5 * np.log(small)
+    remainder = second_integral(1.0 / small) - small**-2.0 - 0.5 * np.log(small)
     # by relative errors, as the rest grows with the square of the radius
-    outside = _fitted(small[:, None] ** 2 * outside_basis, small**2 * rest)
+    outside = _fitted(small[:, None] ** 2 * outside_basis, small**2 * remainder)
     series = np.zeros((4, _NEAR_TERMS))
     series[0], series[1] = near[:_NEAR_TERMS] * scale, near[_NEAR_TERMS:] * scale
     series[2, : inside.size], series[3, : outside.size] = inside, outside

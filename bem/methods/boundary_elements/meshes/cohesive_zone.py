@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem.problem.indenter import PARABOLOID, depth_factor
 
 CRACK_LENGTH = 2.48
@@ -40,8 +40,8 @@ def contact_edge(radii, gap, peak_gap) -> float:
     """Outermost radius at which the gap passes the one of largest tension, 0 where the surfaces do not touch."""
     for j in range(gap.size - 2, -1, -1):
         if gap[j] < peak_gap:
-            part = (peak_gap - gap[j]) / (gap[j + 1] - gap[j])
-            return radii[j] + part * (radii[j + 1] - radii[j])
+            share = (peak_gap - gap[j]) / (gap[j + 1] - gap[j])
+            return radii[j] + share * (radii[j + 1] - radii[j])
     return 0.0
 
 
@@ -56,7 +56,7 @@ def nonadhesive_edge(radii: np.ndarray, tractions: np.ndarray) -> float:
 
 def largest_contact_radius(peak_indentation: float, tabor: float, exponent: float = PARABOLOID) -> float:
     """Upper estimate of the contact radius at the deepest indentation: JKR and a margin."""
-    factor = in_python(depth_factor)(exponent)
+    factor = uncompiled(depth_factor)(exponent)
     radius = _root(max(peak_indentation, 0.0) / tabor / factor, exponent) + 1.0
     for _ in range(50):  # s a^n = delta/mu + sqrt(2 pi a), JKR's indentation solved by fixed-point iteration
         pressed = max(peak_indentation / tabor + math.sqrt(2.0 * math.pi * radius), 0.25)
@@ -102,8 +102,8 @@ def edge_resistance(
     glassy = 1.0 - float(np.sum(strengths))
     creep = float(np.sum(strengths)) / glassy
     delay = float(np.min(times)) * min(creep / 9.0, 1.0)
-    width = in_python(edge_width)(contact_radius, tabor, exponent)
+    width = uncompiled(edge_width)(contact_radius, tabor, exponent)
     growth = contact_radius if exponent == PARABOLOID else contact_radius ** (exponent - 1.0)
-    travel = slowest * delay / (exponent * in_python(depth_factor)(exponent) * tabor * growth * width)
+    travel = slowest * delay / (exponent * uncompiled(depth_factor)(exponent) * tabor * growth * width)
     resistance = min(creep, 1.0) * np.clip(1.0 + 0.5 * np.log10(np.maximum(travel, 1e-300) / 0.1), 0.0, 1.0)
     return np.round(resistance, 3)  # so that the rounding of a material's numbers does not choose another grid

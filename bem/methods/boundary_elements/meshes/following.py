@@ -38,9 +38,9 @@ class Discretisation(NamedTuple):
 
 
 @kernel
-def same_nodes(one: Mesh, other: Mesh) -> bool:
+def same_nodes(first: Mesh, second: Mesh) -> bool:
     """Whether two meshes select the same nodes of the same master grid."""
-    return np.array_equal(one.nodes, other.nodes) and same_grid(one.grid, other.grid)
+    return np.array_equal(first.nodes, second.nodes) and same_grid(first.grid, second.grid)
 
 
 @kernel
@@ -51,9 +51,9 @@ def first_mesh(interface: Interface, controls: Controls, scheme: Discretisation)
     grid, tabor = scheme.wide if scheme.wide_segments > 0 else scheme.grid, interface.tabor
     width = edge_width(0.0, tabor, interface.exponent)
     window = edge_window(0.0, 1.0, width)
-    wanted = spacing_at_edge(grid, controls, 0.0, width, window)
-    grade(wanted, grid.places, controls.growth - 1.0)
-    return condense(grid, tabor, pick_nodes(wanted, grid.places), window, scheme.remembers)
+    target_spacing = spacing_at_edge(grid, controls, 0.0, width, window)
+    grade(target_spacing, grid.places, controls.growth - 1.0)
+    return condense(grid, tabor, pick_nodes(target_spacing, grid.places), window, scheme.remembers)
 
 
 @kernel
@@ -64,12 +64,12 @@ def _refine_for_tractions(
     places: np.ndarray,
     remembered: Remembered,
     last: int,
-    wanted: np.ndarray,
+    target_spacing: np.ndarray,
 ) -> None:
-    """Reduce the spacing `wanted` (N,) at `places` (N,) to where the tractions are nearly linear."""
+    """Reduce `target_spacing` (N,) at `places` (N,) to where the tractions are nearly linear."""
     mesh, allowed = state.mesh, 8.0 * curvature
-    refine_for_memory(wanted, places, remembered.traction, last, allowed * tabor, remembered.response)
-    refine_for_traction(wanted, places, mesh.grid.places[mesh.nodes], state.traction, tabor, allowed)
+    refine_for_memory(target_spacing, places, remembered.traction, last, allowed * tabor, remembered.response)
+    refine_for_traction(target_spacing, places, mesh.grid.places[mesh.nodes], state.traction, tabor, allowed)
 
 
 @kernel
@@ -93,13 +93,15 @@ def select_mesh(
     width = edge_width(state.edge, tabor, interface.exponent)
     window = edge_window(state.edge, direction, width)
     if moves(grid) and not holds(grid, window, width):
-        wanted = np.full(grid.size, np.inf)
-        _refine_for_tractions(tabor, curvature, state, grid.places, remembered, grid.places[grid.size - 1], wanted)
-        grid = grid_around(grid, scheme.series, controls, state.edge, width, direction, wanted)
+        target_spacing = np.full(grid.size, np.inf)
+        _refine_for_tractions(
+            tabor, curvature, state, grid.places, remembered, grid.places[grid.size - 1], target_spacing
+        )
+        grid = grid_around(grid, scheme.series, controls, state.edge, width, direction, target_spacing)
     on_grid = carried(remembered, old.grid, grid)
-    wanted = spacing_at_edge(grid, controls, state.edge, width, window)
-    _refine_for_tractions(tabor, curvature, state, grid.places, on_grid, old.grid.places[last], wanted)
-    grade(wanted, grid.places, controls.growth - 1.0)
-    if same_grid(grid, old.grid) and not edge_left_window(state) and resolves(old.nodes, grid.places, wanted):
+    target_spacing = spacing_at_edge(grid, controls, state.edge, width, window)
+    _refine_for_tractions(tabor, curvature, state, grid.places, on_grid, old.grid.places[last], target_spacing)
+    grade(target_spacing, grid.places, controls.growth - 1.0)
+    if same_grid(grid, old.grid) and not edge_left_window(state) and resolves(old.nodes, grid.places, target_spacing):
         return old
-    return condense(grid, tabor, pick_nodes(wanted, grid.places), window, scheme.remembers)
+    return condense(grid, tabor, pick_nodes(target_spacing, grid.places), window, scheme.remembers)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.influence.on_any_nodes import hat_influence, kernel_series
 from bem.methods.boundary_elements.influence.triangles import unit_influence
 from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width, far_radius, largest_contact_radius
@@ -69,7 +69,7 @@ def master_grid(
             `LARGEST_LATTICE` without a memory.
     """
     radius = largest_contact_radius(peak_indentation, tabor, exponent)
-    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, exponent)
+    spacing = controls.edge_spacing * uncompiled(edge_width)(radius, tabor, exponent)
     reach = far_radius(radius, controls.far_gap, tabor, exponent)
     size, most = math.ceil(reach / spacing) + 2, LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
     if size > most:
@@ -80,7 +80,7 @@ def master_grid(
     step = 2 ** max(0, int(math.log2(controls.widest * 0.5 * radius / spacing)))
     last = step * math.ceil(size / step)
     ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), False, 0.0, 0.0)
-    width = in_python(edge_width)(0.0, tabor, exponent)
+    width = uncompiled(edge_width)(0.0, tabor, exponent)
     return grid_around(ends, kernel_series(), controls, 0.0, width, 1.0, np.full(2, np.inf))
 
 
@@ -113,12 +113,12 @@ def holds(grid: Grid, window: np.ndarray, width: float) -> bool:
 
 
 @kernel
-def grade(wanted: np.ndarray, places: np.ndarray, slope: float) -> None:
-    """Reduce the spacing `wanted` (N,) at `places` (N,) until it changes by `slope` times a distance at most."""
-    for f in range(1, wanted.size):
-        wanted[f] = min(wanted[f], wanted[f - 1] + slope * (places[f] - places[f - 1]))
-    for f in range(wanted.size - 2, -1, -1):
-        wanted[f] = min(wanted[f], wanted[f + 1] + slope * (places[f + 1] - places[f]))
+def grade(target_spacing: np.ndarray, places: np.ndarray, slope: float) -> None:
+    """Reduce `target_spacing` (N,) at `places` (N,) until it changes by `slope` times a distance at most."""
+    for f in range(1, target_spacing.size):
+        target_spacing[f] = min(target_spacing[f], target_spacing[f - 1] + slope * (places[f] - places[f - 1]))
+    for f in range(target_spacing.size - 2, -1, -1):
+        target_spacing[f] = min(target_spacing[f], target_spacing[f + 1] + slope * (places[f + 1] - places[f]))
 
 
 @kernel
@@ -129,7 +129,7 @@ def grid_around(
     edge: float,
     width: float,
     direction: float,
-    wanted: np.ndarray,
+    target_spacing: np.ndarray,
 ) -> Grid:
     """A grid of the same lattice that is fine around an edge, and where the memory needs it.
 
@@ -140,7 +140,7 @@ def grid_around(
         edge: contact edge, in beta.
         width: of the cohesive zone there.
         direction: positive where the edge moves outwards.
-        wanted: (N,) spacing that the memory on `old` wants at its places, in lattice spacings.
+        target_spacing: (N,) spacing that the memory on `old` wants at its places, in lattice spacings.
     """
     spacing, last = old.spacing, old.places[old.size - 1]
     inner = edge - width * (BEHIND + (_RETURN if direction > 0.0 else _TRAVEL))
@@ -149,7 +149,7 @@ def grid_around(
     finest = max(controls.edge_spacing * width / spacing, 1.0)
     slope = _FINER * (controls.growth - 1.0)
     inside = max(_FINER * controls.widest * edge / spacing, 1.0)
-    near = wanted.copy()  # graded, so that no interval needs to look further than its own nodes
+    near = target_spacing.copy()  # graded, so that no interval needs to look further than its own nodes
     grade(near, old.places, slope)
     places = np.empty(256, dtype=np.int64)
     count, x, f = 1, 0, 0

@@ -23,9 +23,9 @@ class Remembered(NamedTuple):
 
 
 @kernel
-def same_grid(one: Grid, other: Grid) -> bool:
+def same_grid(first: Grid, second: Grid) -> bool:
     """Whether two grids of one scene have the same nodes."""
-    return one.spacing == other.spacing and (not moves(one) or np.array_equal(one.places, other.places))
+    return first.spacing == second.spacing and (not moves(first) or np.array_equal(first.places, second.places))
 
 
 @kernel
@@ -79,16 +79,16 @@ def regrid(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: 
         elif places[f + 1] == x:
             out[i] = values[f + 1]
         elif f == 0 or f + 2 >= places.size:
-            part = (x - places[f]) / (places[f + 1] - places[f])
-            out[i] = values[f] + part * (values[f + 1] - values[f])
+            share = (x - places[f]) / (places[f + 1] - places[f])
+            out[i] = values[f] + share * (values[f + 1] - values[f])
         else:
             total = cubic(places, values, f - 1, float(x))
             out[i] = min(max(total, min(values[f], values[f + 1])), max(values[f], values[f + 1]))
-    _hand_on(places, values, new_places, out)
+    _distribute(places, values, new_places, out)
 
 
 @kernel
-def _hand_on(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: np.ndarray) -> None:
+def _distribute(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: np.ndarray) -> None:
     """Add to `out` (M,) what the nodes left out carry beside the line between the new ones."""
     size = new_places.size
     change = np.zeros(size)

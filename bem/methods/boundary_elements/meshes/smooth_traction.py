@@ -54,8 +54,8 @@ def interpolation(nodes: np.ndarray, places: np.ndarray, smooth: bool) -> tuple[
             elif f == nodes[j + 1]:
                 shares[f, inner + 1] = 1.0
             elif not smooth or n < 4:
-                part = (places[f] - places[nodes[j]]) / (places[nodes[j + 1]] - places[nodes[j]])
-                shares[f, inner], shares[f, inner + 1] = 1.0 - part, part
+                share = (places[f] - places[nodes[j]]) / (places[nodes[j + 1]] - places[nodes[j]])
+                shares[f, inner], shares[f, inner + 1] = 1.0 - share, share
             else:
                 for k in range(4):
                     at[k] = nodes[begin + k]

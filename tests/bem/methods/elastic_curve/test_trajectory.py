@@ -31,7 +31,7 @@ def test_the_curve_and_time_steps_agree(scene, protocol, monkeypatch):
     found = simulate(scene, protocol)
     monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
     stepped = simulate(scene, protocol, 1e-3)
-    assert (found.stats.rung, stepped.stats.rung) == ("elastic branch", "boundary elements")
+    assert (found.stats.method, stepped.stats.method) == ("elastic branch", "boundary elements")
     assert found.status.split()[0] == stepped.status.split()[0]
     assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
     assert found.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
@@ -96,7 +96,7 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
     monkeypatch.setattr(elastic_branch, "follow", broken)
     found = simulate(Scene(1.37), CYCLES, "draft")
     assert found.completed
-    assert found.stats.rung == "boundary elements"
+    assert found.stats.method == "boundary elements"
     assert len(found.jumps) == 2
 
 
@@ -108,7 +108,7 @@ def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, 
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [deep, 24.0, deep])
     found = simulate(Scene(tabor, adhesion=ConstantStress()), path, most_work=1e10)
     assert found.completed
-    assert found.stats.rung == "elastic branch"
+    assert found.stats.method == "elastic branch"
     assert found.pull_off_force == pytest.approx(maugis_dugdale.pull_off_force(tabor), rel=4e-3)
 
 
@@ -132,6 +132,6 @@ def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-26.0, 24.0, -26.0])
     found = simulate(Scene(12.0, adhesion=ConstantStress(width=0.15)), path, most_work=1e9)
     # Boundary elements take more than this budget where the curve breaks off.
-    assert found.stats.rung == "elastic branch" or "stopped at the budget" in found.status
+    assert found.stats.method == "elastic branch" or "stopped at the budget" in found.status
     if found.completed:
         assert found.pull_off_force == pytest.approx(1.5, rel=4e-3)

@@ -97,7 +97,7 @@ def test_a_soft_spring_gives_numbers(seed):
     trajectory = simulate(Scene(tabor, StandardLinearSolid(k), HardContact(), spring=spring), protocol)
     assert trajectory.completed
     assert np.all(np.isfinite(trajectory.force + trajectory.indentation + trajectory.contact_radius))
-    assert trajectory.stats.rung == "elements"
+    assert trajectory.stats.method == "elements"
 
 
 def test_a_sphere_flies_behind_a_soft_spring():
@@ -105,4 +105,4 @@ def test_a_sphere_flies_behind_a_soft_spring():
     scene = Scene(3.5e-4, material, HardContact(), spring=0.14, indenter=PowerLaw(7.0))
     trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, 0.7, -4.0]), "draft", most_work=1e8)
     assert trajectory.completed
-    assert trajectory.stats.rung == "elements"
+    assert trajectory.stats.method == "elements"
