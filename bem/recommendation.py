@@ -272,18 +272,16 @@ def operations(trajectory: Trajectory) -> float:
     )
 
 
-def difference(
-    trajectory: Trajectory, truth: Trajectory, history: PiecewiseLinearProtocol, quantity: Quantity
-) -> float:
-    """Error of one trajectory against another under the same history; infinite where one did not complete."""
-    if not (trajectory.completed and truth.completed):
+def difference(trial: Trajectory, truth: Trajectory, history: PiecewiseLinearProtocol, quantity: Quantity) -> float:
+    """Error of one trial against another under the same history; infinite where one did not complete."""
+    if not (trial.completed and truth.completed):
         return np.inf
     if quantity != "force":
         exact = getattr(truth, quantity)
-        return abs(getattr(trajectory, quantity) - exact) / max(abs(exact), 1e-300)
-    times = np.minimum(instants(history), min(trajectory.time[-1], truth.time[-1]))
+        return abs(getattr(trial, quantity) - exact) / max(abs(exact), 1e-300)
+    times = np.minimum(instants(history), min(trial.time[-1], truth.time[-1]))
     force = truth.at(times)
-    return float(np.sqrt(np.mean((trajectory.at(times) - force) ** 2)) / max(float(np.ptp(force)), 1e-300))
+    return float(np.sqrt(np.mean((trial.at(times) - force) ** 2)) / max(float(np.ptp(force)), 1e-300))
 
 
 def instants(history: PiecewiseLinearProtocol) -> FloatArray:

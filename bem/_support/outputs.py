@@ -55,11 +55,9 @@ class Outputs:
             raise
         return self
 
-    def __exit__(
-        self, error_class: type[BaseException] | None, _: BaseException | None, __: TracebackType | None
-    ) -> None:
+    def __exit__(self, error: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         try:
-            if error_class is None:
+            if error is None:
                 self._settle()
         finally:
             self._discard()

@@ -112,10 +112,10 @@ class Cases(Job):
 
     def kept(self, trajectory: Any, _: tuple[Scene, Protocol]) -> tuple[Record, Record]:
         """The whole trajectory, also one that ends early; the results of a completed one."""
-        histories = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {
+        record = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {
             "outcome": outcome_text(trajectory)
         }
-        return histories, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
+        return record, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
 
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file; see `load_cases` for its errors."""

@@ -37,10 +37,10 @@ def test_a_prescribed_force_is_that_of_a_force_protocol():
     contact = Contact(Scene(1.0, SLS))
     contact.advance(1.0, force=0.0)
     contact.advance(1e5, force=0.0)  # a force protocol begins relaxed
-    found = [contact.advance(duration, force=force) for duration, force in ((1.0, -4.0), (2.0, -4.0), (1.0, 1.0))]
+    depths = [contact.advance(duration, force=force) for duration, force in ((1.0, -4.0), (2.0, -4.0), (1.0, 1.0))]
     trajectory = bem.simulate(Scene(1.0, SLS), protocol)
     expected = np.interp([1.0, 3.0, 4.0], trajectory.time, trajectory.indentation)
-    np.testing.assert_allclose(found, expected, atol=0.05)
+    np.testing.assert_allclose(depths, expected, atol=0.05)
 
 
 def test_a_copy_looks_ahead_and_leaves_the_contact_as_it_was():

@@ -30,25 +30,25 @@ def ramp(depth, rate, dwell=0.1, start=None):
 
 @pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
 def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
-    found = recommend(Scene(1.0, SLS), ramp(900.0, rate, 0.0), 0.05, best="fewest")
-    assert str(found.effects) == f"{effects}, without adhesion"
-    assert found.found_by == "estimate"
-    assert found.scene.material == Elastic()
-    assert found.scene.adhesion == HardContact()
-    assert found.estimate < 0.05
+    advice = recommend(Scene(1.0, SLS), ramp(900.0, rate, 0.0), 0.05, best="fewest")
+    assert str(advice.effects) == f"{effects}, without adhesion"
+    assert advice.found_by == "estimate"
+    assert advice.scene.material == Elastic()
+    assert advice.scene.adhesion == HardContact()
+    assert advice.estimate < 0.05
 
 
 def test_a_touch_needs_everything():
-    found = recommend(Scene(1.0, SLS), ramp(-0.5, 3.0), 0.01)
-    assert found.found_by == "nothing is left out"
-    assert str(found) == f"{found.effects} (nothing is left out)"
-    assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
+    advice = recommend(Scene(1.0, SLS), ramp(-0.5, 3.0), 0.01)
+    assert advice.found_by == "nothing is left out"
+    assert str(advice) == f"{advice.effects} (nothing is left out)"
+    assert (advice.estimate, advice.effects.everything, advice.effects.adhesion) == (0.0, True, True)
 
 
 def test_terms_out_of_reach_of_the_protocol_are_left_out():
     broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
-    found = recommend(Scene(1.0, broad), ramp(20.0, 20.0, 0.5), 0.02, best="fewest")
-    assert (found.effects.first, found.effects.last) == (1, 2)
+    advice = recommend(Scene(1.0, broad), ramp(20.0, 20.0, 0.5), 0.02, best="fewest")
+    assert (advice.effects.first, advice.effects.last) == (1, 2)
 
 
 def test_left_out_terms_are_what_the_full_solid_does():
@@ -56,34 +56,34 @@ def test_left_out_terms_are_what_the_full_solid_does():
     scene, protocol = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5])), ramp(4.0, 4.0, 0.2, -10.0)
     simple, path = reduced(scene, protocol, Effects(adhesion=True, first=1, last=2, of=3))
     assert simple.material == StandardLinearSolid(1.0 - 0.3 / 0.7)
-    full, found = bem.simulate(scene, protocol, 1e-3), bem.simulate(simple, path, 1e-3)
-    assert difference(found, full, protocol.history(1.0), "force") < 2e-3
-    assert found.pull_off_force == pytest.approx(full.pull_off_force, rel=5e-3)
+    full, reduced_trajectory = bem.simulate(scene, protocol, 1e-3), bem.simulate(simple, path, 1e-3)
+    assert difference(reduced_trajectory, full, protocol.history(1.0), "force") < 2e-3
+    assert reduced_trajectory.pull_off_force == pytest.approx(full.pull_off_force, rel=5e-3)
 
 
 def test_promise_holds_on_a_random_sample():
     for scene, protocol in drawn_from_the_papers_box(12):
-        found = recommend(scene, protocol, 0.05)
+        advice = recommend(scene, protocol, 0.05)
         full = bem.simulate(scene, protocol)
-        simple = bem.simulate(found.scene, found.protocol)
+        simple = bem.simulate(advice.scene, advice.protocol)
         assert difference(simple, full, protocol.history(scene.tabor), "force") < 0.05
         assert operations(simple) <= operations(full)
 
 
 @pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
 def test_other_quantities_are_decided_by_simulation(quantity):
-    found = recommend(Scene(0.3, SLS), ramp(3.0, 1e-2, 1.0), 0.3, quantity=quantity, best="fewest")
-    assert found.found_by in ("simulation", "nothing is left out")
+    advice = recommend(Scene(0.3, SLS), ramp(3.0, 1e-2, 1.0), 0.3, quantity=quantity, best="fewest")
+    assert advice.found_by in ("simulation", "nothing is left out")
     if quantity == "pull_off_force":
-        assert found.effects.adhesion
-        assert found.effects.terms == 0
+        assert advice.effects.adhesion
+        assert advice.effects.terms == 0
 
 
 def test_any_history_will_do():
     cycles = PiecewiseLinearProtocol([0, 1, 2, 3, 4], [-2, 20, 0, 20, -2])
-    found = recommend(Scene(1.0, SLS), cycles, 0.1)
-    assert found.protocol is cycles
-    assert found.effects.terms == 1
+    advice = recommend(Scene(1.0, SLS), cycles, 0.1)
+    assert advice.protocol is cycles
+    assert advice.effects.terms == 1
 
 
 def test_the_choices_of_a_scene():
@@ -102,10 +102,10 @@ def test_the_choices_of_a_scene():
 
 
 def test_a_peak_below_contact_is_a_protocol_like_others():
-    found = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
-    assert found.effects.terms == 0
-    assert found.scene.tabor != 1.0
-    assert found.protocol == ramp(-1.5, 10.0).history(1.0)
+    advice = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
+    assert advice.effects.terms == 0
+    assert advice.scene.tabor != 1.0
+    assert advice.protocol == ramp(-1.5, 10.0).history(1.0)
 
 
 @pytest.mark.parametrize("best", ["cheapest", "fewest"])
@@ -131,10 +131,10 @@ def test_operations_say_which_scene_is_slower():
 def test_contact_radii_are_given_in_the_units_of_the_full_scene():
     """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
     scene = Scene(1.0, SLS, HardContact())
-    found = recommend(scene, ramp(9.0, 1e7, 0.0), 0.05, best="fewest")
-    assert found.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
-    assert found.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
-    radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
+    advice = recommend(scene, ramp(9.0, 1e7, 0.0), 0.05, best="fewest")
+    assert advice.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
+    assert advice.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
+    radius = advice.radius_scale * np.max(bem.simulate(advice.scene, advice.protocol).contact_radius)
     assert radius == pytest.approx(3.0, rel=0.02)
     assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
 
@@ -162,6 +162,6 @@ def test_the_files_and_the_picture_that_the_page_names_are_there():
 
 @pytest.mark.parametrize(("page", "least"), [(PAGE, 10), (PAGE.with_name("cost.md"), 4)])
 def test_every_example_of_the_page_holds(page, least):
-    found = doctest.testfile(str(page), module_relative=False)
-    assert found.attempted > least
-    assert found.failed == 0
+    examples = doctest.testfile(str(page), module_relative=False)
+    assert examples.attempted > least
+    assert examples.failed == 0

@@ -194,8 +194,8 @@ OF_DATA_SETS = [
 
 
 OF_PAIRS = [
-    (kind, {"times": times, name: values}, message)
-    for kind, name in ((PiecewiseLinearProtocol, "indentations"), (ForceProtocol, "forces"))
+    (make, {"times": times, name: values}, message)
+    for make, name in ((PiecewiseLinearProtocol, "indentations"), (ForceProtocol, "forces"))
     for times, values, message in (
         ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
         ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
@@ -223,10 +223,10 @@ OF_PAIRS = [
 
 @pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS + OF_PAIRS)
 def test_a_wrong_quantity_is_named(call, changes, message):
-    with pytest.raises(ValueError, match=message) as found:
+    with pytest.raises(ValueError, match=message) as error:
         call(**changes)
-    assert "received" in str(found.value)
-    assert "\n" not in str(found.value)
+    assert "received" in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 def test_the_quantities_of_a_cycle_are_given_by_name():

@@ -81,22 +81,22 @@ def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, l
 
 def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
     module = simulation
-    march, problem_of, asked = module.march, module.problem_of, []
+    march, problem_of, accuracies = module.march, module.problem_of, []
 
     def lost(*arguments):
         return march(*arguments)._replace(outcome=module.NO_EQUILIBRIUM)
 
-    def with_little_memory(scene, path, accuracy, *others, **options):
-        asked.append(accuracy)
-        if len(asked) > 2:
+    def with_little_memory(scene, path, accuracy, *settings, **options):
+        accuracies.append(accuracy)
+        if len(accuracies) > 2:
             raise MemoryError("the contact edge needs more")
-        return problem_of(scene, path, accuracy, *others, **options)
+        return problem_of(scene, path, accuracy, *settings, **options)
 
     monkeypatch.setattr(module, "march", lost)
     monkeypatch.setattr(module, "problem_of", with_little_memory)
     trajectory = simulate(Scene(1.0, SOFT), PROTOCOL, 0.02)
     assert not trajectory.completed
-    assert len(asked) == 3
+    assert len(accuracies) == 3
     assert trajectory.accuracy == 0.01
     assert trajectory.status.endswith("(accuracy tightened from 0.02 to 0.01 after 2 failed attempts)")
     assert (trajectory.stats.attempts, trajectory.stats.failed_attempts) == (2, 2)
@@ -114,17 +114,17 @@ def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
     ],
 )
 def test_the_work_is_bounded_and_what_was_computed_is_kept(scene, protocol, method):
-    whole = method(scene, protocol)
-    budget = 0.7 * whole.stats.multiply_adds
-    part = method(scene, protocol, most_work=budget)
-    assert part.status.startswith(f"stopped at the budget of {budget:g} multiply-adds; try ")
-    assert not part.completed
-    assert budget <= part.stats.multiply_adds < 1.2 * budget
-    shared = np.isin(part.time, whole.time)
-    assert shared.sum() > 0.8 * part.time.size > 10
-    assert part.time[-1] < whole.time[-1]
-    np.testing.assert_array_equal(part.force[shared][:-2], whole.force[: part.time.size][shared][:-2])
-    assert method(scene, protocol, most_work=1.01 * whole.stats.multiply_adds).status == whole.status
+    unlimited = method(scene, protocol)
+    budget = 0.7 * unlimited.stats.multiply_adds
+    bounded = method(scene, protocol, most_work=budget)
+    assert bounded.status.startswith(f"stopped at the budget of {budget:g} multiply-adds; try ")
+    assert not bounded.completed
+    assert budget <= bounded.stats.multiply_adds < 1.2 * budget
+    shared = np.isin(bounded.time, unlimited.time)
+    assert shared.sum() > 0.8 * bounded.time.size > 10
+    assert bounded.time[-1] < unlimited.time[-1]
+    np.testing.assert_array_equal(bounded.force[shared][:-2], unlimited.force[: bounded.time.size][shared][:-2])
+    assert method(scene, protocol, most_work=1.01 * unlimited.stats.multiply_adds).status == unlimited.status
 
 
 @pytest.mark.slow
@@ -135,12 +135,14 @@ def test_a_tightened_accuracy_is_said():
         times = [0.0, *np.cumsum(10.0 ** random.uniform(-3.0, 1.0, 3))]
         depths = tabor * np.array([-2.1, random.uniform(0.0, 4.0), random.uniform(0.0, 2.0), -3.5])
         scene = Scene(tabor, StandardLinearSolid(ratio), adhesion=ConstantStress())
-        found = simulate(scene, PiecewiseLinearProtocol(times, depths), 0.05)
-        stats = found.stats
-        said = f"completed (accuracy tightened from 0.05 to {found.accuracy:g} after {stats.failed_attempts} failed"
-        assert found.status.startswith(said) if stats.attempts > 1 else found.status == "completed"
-        assert found.completed
-        assert found.accuracy == 0.05 / 2.0**stats.failed_attempts
+        trajectory = simulate(scene, PiecewiseLinearProtocol(times, depths), 0.05)
+        stats = trajectory.stats
+        message = (
+            f"completed (accuracy tightened from 0.05 to {trajectory.accuracy:g} after {stats.failed_attempts} failed"
+        )
+        assert trajectory.status.startswith(message) if stats.attempts > 1 else trajectory.status == "completed"
+        assert trajectory.completed
+        assert trajectory.accuracy == 0.05 / 2.0**stats.failed_attempts
         assert stats.attempts == stats.failed_attempts + 1
         attempts.add(stats.attempts)
     assert len(attempts) > 1
@@ -154,10 +156,10 @@ LARGE_MU = {
 
 
 def test_a_large_contact_pulled_beyond_its_fold_is_released():
-    found = simulate(*LARGE_MU["40"], "draft")
-    assert (found.status, found.stats.attempts) == ("completed", 1)
-    assert found.detached
-    released = found.jumps[-1]
+    trajectory = simulate(*LARGE_MU["40"], "draft")
+    assert (trajectory.status, trajectory.stats.attempts) == ("completed", 1)
+    assert trajectory.detached
+    released = trajectory.jumps[-1]
     # JKR's fold of the glass, below which no contact of any radius exists
     assert released.indentation < jkr.fold_indentation(40.0)
     assert released.force_after < 0.05 < 5.0 < released.force_before

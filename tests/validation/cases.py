@@ -83,10 +83,10 @@ def exchanged_energy(trajectory: Trajectory) -> float:
     return float(np.sum(force * np.abs(np.diff(trajectory.indentation))))
 
 
-def stage_area(found: Trajectory) -> float:
+def stage_area(trajectory: Trajectory) -> float:
     """Integral of -P d(stage) on a fine grid of instants; without a spring the stage is the sphere."""
-    times = np.linspace(found.time[0], found.time[-1], 200_001)
-    force, stage = found.at(times), np.interp(times, found.time, found.stage)
+    times = np.linspace(trajectory.time[0], trajectory.time[-1], 200_001)
+    force, stage = trajectory.at(times), np.interp(times, trajectory.time, trajectory.stage)
     return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(stage))
 
 

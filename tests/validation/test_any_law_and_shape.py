@@ -29,9 +29,9 @@ ANNULI, STEPS = 100, 120
 def displacement_of_disks(radii, disks):
     """Displacement (n, m) at radii (n,) below disks of radii (m,) under unit pressure."""
     r, a = np.broadcast_arrays(radii[:, None], disks)
-    part = np.minimum(r / a, a / r) ** 2
-    inside = a * ellipe(part)
-    outside = r * (ellipe(part) - (1.0 - part) * ellipk(np.minimum(part, 1.0 - 1e-15)))
+    ratio = np.minimum(r / a, a / r) ** 2
+    inside = a * ellipe(ratio)
+    outside = r * (ellipe(ratio) - (1.0 - ratio) * ellipk(np.minimum(ratio, 1.0 - 1e-15)))
     return 4.0 / np.pi * np.where(r <= a, inside, outside)
 
 
@@ -52,9 +52,9 @@ def second_solver(tabor, ratio, exponent, adhesion, protocol):
     interface = interface_of(work, adhesion)
 
     def traction(gap):
-        found = np.empty(gap.size)
-        tractions_of(interface, gap, found)
-        return found
+        stress = np.empty(gap.size)
+        tractions_of(interface, gap, stress)
+        return stress
 
     def slope(gap):
         return (traction(gap + 1e-6) - traction(gap - 1e-6)) / 2e-6
@@ -101,9 +101,11 @@ def second_solver(tabor, ratio, exponent, adhesion, protocol):
 def test_a_second_solver_finds_the_same_forces(tabor, ratio, exponent, adhesion):
     protocol = ramps(3.0, 3.0, 0.5, 6.0)
     times, force = second_solver(tabor, ratio, exponent, adhesion, protocol)
-    found = completed(Scene(tabor, StandardLinearSolid(ratio), adhesion, indenter=PowerLaw(exponent)), protocol, 1e-3)
-    assert np.max(np.abs(found.at(times) - force)) < 2e-3 * np.ptp(force)
-    assert found.pull_off_force == pytest.approx(force.max(), rel=3e-3)
+    trajectory = completed(
+        Scene(tabor, StandardLinearSolid(ratio), adhesion, indenter=PowerLaw(exponent)), protocol, 1e-3
+    )
+    assert np.max(np.abs(trajectory.at(times) - force)) < 2e-3 * np.ptp(force)
+    assert trajectory.pull_off_force == pytest.approx(force.max(), rel=3e-3)
 
 
 @pytest.mark.parametrize(("tabor", "exponent"), [(0.334, 6.0), (0.334, 8.0), (0.13, 8.0)])

@@ -54,18 +54,18 @@ def ting(material, path, tabor, time):
 @pytest.mark.parametrize("material", [SLS, StandardLinearSolid(0.01), SERIES])
 @pytest.mark.parametrize("accuracy", ["standard", 2e-4])
 def test_one_cycle_is_tings(material, accuracy):
-    found = completed(Scene(1.3, material, HardContact()), CYCLE, accuracy)
+    trajectory = completed(Scene(1.3, material, HardContact()), CYCLE, accuracy)
     path = CYCLE.history(1.3)
     times = np.concatenate([np.linspace(0.02, 1.0, 9), np.linspace(1.01, 1.3, 5), np.linspace(1.301, 2.09, 20)])
     exact = np.array([ting(material, path, 1.3, time) for time in times])
-    assert found.stats.method == "elements"
-    assert np.max(np.abs(found.at(times) - exact)) < found.accuracy * np.ptp(exact)
+    assert trajectory.stats.method == "elements"
+    assert np.max(np.abs(trajectory.at(times) - exact)) < trajectory.accuracy * np.ptp(exact)
     assert np.count_nonzero(exact == 0.0) > 2
 
 
 @pytest.mark.parametrize("glassy", [False, True])
 @pytest.mark.parametrize(
-    ("material", "spring", "protocol", "rung"),
+    ("material", "spring", "protocol", "method"),
     [
         (Elastic(), None, TWICE, "Hertz"),
         (Elastic(), 0.5, TWICE, "Hertz"),
@@ -78,20 +78,23 @@ def test_one_cycle_is_tings(material, accuracy):
         (SERIES, None, LOADS, "elements"),
     ],
 )
-def test_a_mesh_of_ones_own_gives_the_same(material, spring, protocol, rung, glassy):
+def test_a_mesh_of_ones_own_gives_the_same(material, spring, protocol, method, glassy):
     scene, initial = Scene(1.0, material, HardContact(), spring), "glassy" if glassy else "relaxed"
-    found = completed(scene, protocol, 1e-3, initial_state=initial)
+    trajectory = completed(scene, protocol, 1e-3, initial_state=initial)
     meshed = completed(scene, protocol, 1e-3, initial_state=initial, mesh=uniform_mesh(2.6, 260))
-    assert (found.stats.method, meshed.stats.method) == (rung, "boundary elements")
-    times = np.linspace(0.0, found.time[-1], 1000)
+    assert (trajectory.stats.method, meshed.stats.method) == (method, "boundary elements")
+    times = np.linspace(0.0, trajectory.time[-1], 1000)
     ours, theirs = (
-        np.interp(times, of.time, of.indentation) if found.by_force else of.at(times) for of in (found, meshed)
+        np.interp(times, of.time, of.indentation) if trajectory.by_force else of.at(times)
+        for of in (trajectory, meshed)
     )
     assert np.max(np.abs(ours - theirs)) < 4e-3 * np.ptp(theirs)
     # the mesh takes half a spacing as the doubt of the edge
-    radius = np.interp(times, meshed.time, meshed.contact_radius) - np.interp(times, found.time, found.contact_radius)
+    radius = np.interp(times, meshed.time, meshed.contact_radius) - np.interp(
+        times, trajectory.time, trajectory.contact_radius
+    )
     assert np.median(np.abs(radius)) < 0.01
-    assert found.hysteresis == pytest.approx(meshed.hysteresis, rel=5e-3, abs=2e-3 * meshed.turnover())
+    assert trajectory.hysteresis == pytest.approx(meshed.hysteresis, rel=5e-3, abs=2e-3 * meshed.turnover())
 
 
 @pytest.mark.parametrize("tabor", [1e-6, 1.0, 1e4])
@@ -99,10 +102,10 @@ def test_a_mesh_of_ones_own_gives_the_same(material, spring, protocol, rung, gla
 @pytest.mark.parametrize("rate", [1e-6, 1.0, 1e9])
 def test_extreme_rates_are_hertz_with_one_of_two_moduli(tabor, ratio, rate):
     path = PiecewiseLinearProtocol([0.0, 4.0 / rate], [0.0, 4.0])
-    found = completed(Scene(tabor, StandardLinearSolid(ratio), HardContact()), path)
+    trajectory = completed(Scene(tabor, StandardLinearSolid(ratio), HardContact()), path)
     soft = -4.0 / (3.0 * np.pi) * (4.0 / tabor) ** 1.5
-    assert found.stats.steps < 500
-    stiffness = found.force[-1] / soft
+    assert trajectory.stats.steps < 500
+    stiffness = trajectory.force[-1] / soft
     assert 1.0 - 4e-3 < stiffness < (1.0 + 4e-3) / ratio
     if rate != 1.0:
         assert stiffness == pytest.approx(1.0 if rate < 1.0 else 1.0 / ratio, rel=4e-3)

@@ -94,9 +94,9 @@ def test_the_error_against_jkr_falls_as_adhesion_becomes_short_ranged(exponent):
         trajectory = completed(shaped(exponent, tabor), path)
         assert trajectory.stats.method == "elastic branch"
         rise = path.indentations[1] - path.indentations[0]
-        found = trajectory.at(2.0 - (depths - path.indentations[0]) / rise)
+        force = trajectory.at(2.0 - (depths - path.indentations[0]) / rise)
         exact = jkr.force_from_contact_radius(radii, exponent)
-        errors.append(np.max(np.abs(found - exact)) / np.abs(exact).max())
+        errors.append(np.max(np.abs(force - exact)) / np.abs(exact).max())
         folds.append(trajectory.jumps[-1].indentation / lowest - 1.0)
     assert np.all(np.diff(errors) < 0.0), errors
     assert errors[-1] < 0.02
@@ -105,23 +105,23 @@ def test_the_error_against_jkr_falls_as_adhesion_becomes_short_ranged(exponent):
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 def test_the_pull_off_under_load_is_that_of_jkr(exponent):
-    found = []
+    forces = []
     for tabor in (3.0, 10.0):
         pulled = simulate(shaped(exponent, tabor), ForceProtocol([0.0, 1.0, 2.0], [0.0, -1.0, 9.0]))
         assert pulled.status.startswith("detached")
-        found.append(pulled.pull_off_force / jkr.pull_off_force(exponent) - 1.0)
-    assert abs(found[1]) < abs(found[0]) or abs(found[1]) < 5e-3
-    assert abs(found[1]) < 0.03
+        forces.append(pulled.pull_off_force / jkr.pull_off_force(exponent) - 1.0)
+    assert abs(forces[1]) < abs(forces[0]) or abs(forces[1]) < 5e-3
+    assert abs(forces[1]) < 0.03
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 def test_a_long_ranged_contact_is_pulled_off_as_if_rigid(exponent):
     tabor = 0.01
     cycle = ramps(0.0, 1.0, 0.0, 1.0, -4.0)
-    found = completed(shaped(exponent, tabor), cycle, 1e-3)
+    trajectory = completed(shaped(exponent, tabor), cycle, 1e-3)
     exact = tension_without_deformation(tabor, exponent)
-    assert found.at(4.0) == pytest.approx(exact, rel=0.03)
-    assert found.at(2.0) == pytest.approx(tension_without_deformation(tabor, exponent, 3.0), rel=0.02)
+    assert trajectory.at(4.0) == pytest.approx(exact, rel=0.03)
+    assert trajectory.at(2.0) == pytest.approx(tension_without_deformation(tabor, exponent, 3.0), rel=0.02)
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
@@ -152,9 +152,9 @@ def test_branch_and_steps_agree_with_a_mesh_of_ones_own(exponent, material):
 def test_a_shape_that_comes_to_be_the_paraboloid_is_one(scene):
     nearly = Scene(scene.tabor, scene.material, scene.adhesion, scene.spring, PowerLaw(2.0 + 1e-9))
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-2.0 * scene.tabor, 4.0, -2.0 * scene.tabor])
-    exact, found = completed(scene, path, "draft"), completed(nearly, path, "draft")
+    exact, trajectory = completed(scene, path, "draft"), completed(nearly, path, "draft")
     for name in ("pull_off_force", "max_compression", "hysteresis"):
-        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=2e-3, abs=1e-6), name
+        assert getattr(trajectory, name) == pytest.approx(getattr(exact, name), rel=2e-3, abs=1e-6), name
     assert Scene(scene.tabor, indenter=PowerLaw(2)) == Scene(scene.tabor)
 
 
@@ -166,10 +166,10 @@ def test_profiles_carry_the_force_and_the_shape(exponent, adhesion):
     profiles = completed(shaped(exponent, material=SOFT, **more), path, profiles=[0.9, 1.0]).profiles
     for number, force in enumerate(profiles.force):
         radius, stress = profiles.radius[number], profiles.traction[number]
-        known = np.isfinite(radius)
-        total = 2.0 * np.trapezoid(stress[known] * radius[known], radius[known])
+        finite = np.isfinite(radius)
+        total = 2.0 * np.trapezoid(stress[finite] * radius[finite], radius[finite])
         assert total == pytest.approx(force, rel=0.02, abs=0.25)  # without what is beyond
-        height = 1.0 - profiles.indentation[number] + radius[known] ** exponent / exponent
-        np.testing.assert_allclose(profiles.sphere[number, known], height)
-        inside = known & (radius < 0.5)
+        height = 1.0 - profiles.indentation[number] + radius[finite] ** exponent / exponent
+        np.testing.assert_allclose(profiles.sphere[number, finite], height)
+        inside = finite & (radius < 0.5)
         assert np.all(np.abs(profiles.gap[number, inside] - 1.0) < 0.3)

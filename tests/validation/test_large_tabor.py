@@ -21,15 +21,15 @@ def test_the_limit_is_approached(tabor):
 @pytest.mark.parametrize("material", [StandardLinearSolid(0.1), PronySeries([0.5, 0.3], [0.1, 1.0])])
 def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     path = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 2.4, 3.5], [-5.0, 4.0, 0.0, 4.0, 4.0, -12.0])
-    one = simulate(Scene(4.0, material), path, 1e-3)
+    moving = simulate(Scene(4.0, material), path, 1e-3)
     monkeypatch.setattr(master_grid, "LARGEST_GRID", MOVING)
-    other = simulate(Scene(4.0, material), path, 1e-3)
-    assert other.completed, other.status
-    assert other.stats.grid_nodes != one.stats.grid_nodes
-    assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=5e-4)
+    fixed = simulate(Scene(4.0, material), path, 1e-3)
+    assert fixed.completed, fixed.status
+    assert fixed.stats.grid_nodes != moving.stats.grid_nodes
+    assert fixed.pull_off_force == pytest.approx(moving.pull_off_force, rel=5e-4)
     # the fixed grid interpolates by cubics, the moving one by lines
-    assert other.hysteresis == pytest.approx(one.hysteresis, rel=5e-4)
-    assert other.max_compression == pytest.approx(one.max_compression, abs=5e-4)
+    assert fixed.hysteresis == pytest.approx(moving.hysteresis, rel=5e-4)
+    assert fixed.max_compression == pytest.approx(moving.max_compression, abs=5e-4)
 
 
 def test_a_slow_crack_follows_persson_and_brener_at_thirty():

@@ -48,29 +48,29 @@ def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
     rigid = completed(Scene(tabor), CYCLE)
     deep = ramps(5.0, 1.0, 0.0, 1.0, -20.0)
     for spring in (0.2, 1.0, 30.0):
-        found = completed(Scene(tabor, spring=spring), deep)
-        assert found.detached
-        assert found.pull_off_force == pytest.approx(rigid.pull_off_force, rel=2.0 * rigid.accuracy)
+        trajectory = completed(Scene(tabor, spring=spring), deep)
+        assert trajectory.detached
+        assert trajectory.pull_off_force == pytest.approx(rigid.pull_off_force, rel=2.0 * rigid.accuracy)
 
 
 @pytest.mark.parametrize("tabor", [0.05, 0.2, 1.0, 3.0])
 def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
-    rigid, found = completed(Scene(tabor), CYCLE), completed(Scene(tabor), DEAD_LOAD)
-    assert found.detached
-    assert found.status.startswith("detached: no contact bears the prescribed force (at time ")
-    assert found.time[-1] < 2.0
-    (jump,) = found.jumps
-    assert jump.time == found.time[-1]
+    rigid, trajectory = completed(Scene(tabor), CYCLE), completed(Scene(tabor), DEAD_LOAD)
+    assert trajectory.detached
+    assert trajectory.status.startswith("detached: no contact bears the prescribed force (at time ")
+    assert trajectory.time[-1] < 2.0
+    (jump,) = trajectory.jumps
+    assert jump.time == trajectory.time[-1]
     assert jump.force_before == pytest.approx(rigid.pull_off_force, rel=rigid.accuracy)
-    assert found.pull_off_force == pytest.approx(rigid.pull_off_force, rel=rigid.accuracy)
+    assert trajectory.pull_off_force == pytest.approx(rigid.pull_off_force, rel=rigid.accuracy)
     assert np.isnan(jump.indentation_after)
     assert abs(jump.eigenvalue_before) < 0.02
 
 
 @pytest.mark.parametrize("spring", [0.4, 1.0])
 def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
-    found, rigid = completed(Scene(1.0, spring=spring), CYCLE, 1e-3), completed(Scene(1.0), CYCLE, 1e-3)
-    jump_in, jump_out = found.jumps
+    trajectory, rigid = completed(Scene(1.0, spring=spring), CYCLE, 1e-3), completed(Scene(1.0), CYCLE, 1e-3)
+    jump_in, jump_out = trajectory.jumps
     # Greenwood (1997): the branches of the rigid machine; the whole is unstable where the force rises by k.
     held = rigid.unloading & (rigid.force > 0.0) & (rigid.indentation < 1.0) & (rigid.time < rigid.jumps[-1].time)
     depth, force = rigid.indentation[held][::-1], rigid.force[held][::-1]
@@ -94,39 +94,39 @@ def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
 @pytest.mark.parametrize("spring", [0.3, 20.0])
 def test_the_stage_is_where_the_protocol_says(material, adhesion, spring):
     scene = Scene(1.0, material, *(() if adhesion is None else (adhesion,)), spring=spring)
-    found = completed(scene, CYCLE)
-    wanted = CYCLE.history(1.0).indentation_at(found.time)
-    np.testing.assert_allclose(found.indentation - found.force / spring, wanted, atol=1e-9)
-    np.testing.assert_array_equal(found.stage, found.indentation - found.force / spring)
+    trajectory = completed(scene, CYCLE)
+    prescribed = CYCLE.history(1.0).indentation_at(trajectory.time)
+    np.testing.assert_allclose(trajectory.indentation - trajectory.force / spring, prescribed, atol=1e-9)
+    np.testing.assert_array_equal(trajectory.stage, trajectory.indentation - trajectory.force / spring)
     # Tension holds the sphere deeper than the stage, compression less deep.
-    assert np.all((found.indentation - wanted) * found.force >= -1e-9)
+    assert np.all((trajectory.indentation - prescribed) * trajectory.force >= -1e-9)
 
 
 @pytest.mark.parametrize("material", [Elastic(), SLS])
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 def test_the_force_is_what_the_protocol_says(material, adhesion):
-    found = completed(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
-    np.testing.assert_allclose(found.force, np.interp(found.time, PUSHED.times, PUSHED.forces), atol=2e-4)
-    assert found.at(0.5) == pytest.approx(-2.5, abs=2e-4)
+    trajectory = completed(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
+    np.testing.assert_allclose(trajectory.force, np.interp(trajectory.time, PUSHED.times, PUSHED.forces), atol=2e-4)
+    assert trajectory.at(0.5) == pytest.approx(-2.5, abs=2e-4)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.1])
 def test_creep_under_a_weight(ratio):
-    found = completed(
+    trajectory = completed(
         Scene(1.0, StandardLinearSolid(ratio), HardContact()), ForceProtocol([0.0, 1e-5, 8.0], [0.0, -5, -5]), 1e-3
     )
-    held = found.time > 1e-3
-    creep = 1.0 - (1.0 - ratio) * np.exp(-found.time[held])
-    np.testing.assert_allclose(found.indentation[held], (0.75 * np.pi * 5.0 * creep) ** (2.0 / 3.0), rtol=2e-3)
+    held = trajectory.time > 1e-3
+    creep = 1.0 - (1.0 - ratio) * np.exp(-trajectory.time[held])
+    np.testing.assert_allclose(trajectory.indentation[held], (0.75 * np.pi * 5.0 * creep) ** (2.0 / 3.0), rtol=2e-3)
 
 
 def test_creep_of_a_series_under_a_growing_force():
     material = PronySeries([0.5, 0.3], [0.2, 3.0])
-    found = completed(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
-    t = found.time[found.time > 0.4]
+    trajectory = completed(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
+    t = trajectory.time[trajectory.time > 0.4]
     lag = sum(c * tau * (1.0 - np.exp(-t / tau)) for c, tau in zip(material.strengths, material.times, strict=True))
     exact = (0.75 * np.pi * 5.0 * (t - lag)) ** (2.0 / 3.0)
-    np.testing.assert_allclose(found.indentation[found.time > 0.4], exact, rtol=2e-3)
+    np.testing.assert_allclose(trajectory.indentation[trajectory.time > 0.4], exact, rtol=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -140,12 +140,12 @@ def test_creep_of_a_series_under_a_growing_force():
     ],
 )
 def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
-    found = completed(scene, protocol, 1e-3)
-    assert found.jumps == ()
-    time, first = np.unique(found.time, return_index=True)
-    path = PiecewiseLinearProtocol(time, found.indentation[first])
+    trajectory = completed(scene, protocol, 1e-3)
+    assert trajectory.jumps == ()
+    time, first = np.unique(trajectory.time, return_index=True)
+    path = PiecewiseLinearProtocol(time, trajectory.indentation[first])
     again = completed(Scene(scene.tabor, scene.material, scene.adhesion), path, 1e-3)
-    force = found.force[first]
+    force = trajectory.force[first]
     assert np.max(np.abs(again.at(time) - force)) < 0.01 * np.ptp(force)
 
 
@@ -161,28 +161,28 @@ def test_a_law_with_corners_takes_no_more_steps_under_a_force():
 
 @pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(1.0, adhesion=HardContact())])
 def test_a_first_force_that_no_contact_bears_is_said(scene):
-    found = simulate(scene, ForceProtocol([0.0, 1.0], [1.7, 0.0]))
-    assert found.status == "not started: no contact bears the prescribed force"
-    assert found.time.size == 0
-    assert np.isnan(found.pull_off_force)
-    assert not found.detached
+    trajectory = simulate(scene, ForceProtocol([0.0, 1.0], [1.7, 0.0]))
+    assert trajectory.status == "not started: no contact bears the prescribed force"
+    assert trajectory.time.size == 0
+    assert np.isnan(trajectory.pull_off_force)
+    assert not trajectory.detached
 
 
 @pytest.mark.parametrize("force", [-5.0, 0.0, 1.0])
 def test_a_prescribed_force_begins_in_contact(force):
-    found = completed(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
-    assert found.force[0] == pytest.approx(force, abs=1e-3)
-    assert found.contact_radius[0] > 1.0
-    assert found.jumps == ()
-    np.testing.assert_allclose(found.indentation, found.indentation[0], atol=1e-3)
+    trajectory = completed(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
+    assert trajectory.force[0] == pytest.approx(force, abs=1e-3)
+    assert trajectory.contact_radius[0] > 1.0
+    assert trajectory.jumps == ()
+    np.testing.assert_allclose(trajectory.indentation, trajectory.indentation[0], atol=1e-3)
 
 
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 def test_a_closed_loop_of_sphere_and_of_stage_lose_the_same(adhesion):
     scene = Scene(1.0, SLS, *(() if adhesion is None else (adhesion,)), spring=3.0)
-    found = completed(scene, CYCLE, 1e-3)
-    assert found.detached
-    assert stage_area(found) == pytest.approx(found.hysteresis, rel=0.01)
+    trajectory = completed(scene, CYCLE, 1e-3)
+    assert trajectory.detached
+    assert stage_area(trajectory) == pytest.approx(trajectory.hysteresis, rel=0.01)
 
 
 def test_a_spring_slows_the_retreat_of_a_viscoelastic_edge():

@@ -44,9 +44,9 @@ HISTORIES = [  # found by a sweep, where the dent once faded by the steps' own r
     ("scene", "times", "depths"), [pytest.param(*HISTORIES[0], marks=pytest.mark.slow), *HISTORIES[1:]]
 )
 def test_the_largest_compression_of_a_fast_reload_meets_its_target(scene, times, depths):
-    found, fine = (
+    standard, fine = (
         completed(scene, PiecewiseLinearProtocol(times, depths), accuracy) for accuracy in ("standard", 4e-4)
     )
-    peaks = [np.min(one.force[one.time >= times[-2]]) for one in (found, fine)]
-    assert peaks[0] == pytest.approx(peaks[1], rel=found.accuracy)
-    assert found.contact_radius[found.time == times[-2]].max() == 0.0
+    peaks = [np.min(trajectory.force[trajectory.time >= times[-2]]) for trajectory in (standard, fine)]
+    assert peaks[0] == pytest.approx(peaks[1], rel=standard.accuracy)
+    assert standard.contact_radius[standard.time == times[-2]].max() == 0.0

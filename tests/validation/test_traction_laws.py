@@ -50,10 +50,10 @@ def deviation(tabor, law):
     contact = trajectory.unloading & (trajectory.contact_radius > 0.2)
     contact &= (trajectory.indentation > depth[stable][0] + 0.02) & (trajectory.indentation < 1.9)
     assert np.sum(contact) > 10
-    depths, found = trajectory.indentation[contact], trajectory.force[contact]
-    off = found - np.interp(depths, depth[stable], force[stable])
+    depths, forces = trajectory.indentation[contact], trajectory.force[contact]
+    off = forces - np.interp(depths, depth[stable], force[stable])
     miss = trajectory.contact_radius[contact] - np.interp(depths, depth[stable], radius[stable])
-    scale = np.maximum(np.abs(found), maugis_dugdale.pull_off_force(tabor))
+    scale = np.maximum(np.abs(forces), maugis_dugdale.pull_off_force(tabor))
     return np.max(np.abs(off) / scale), np.max(np.abs(miss))
 
 
@@ -72,10 +72,10 @@ def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor, o
 
 def test_the_exponential_law_tends_to_dmt_and_to_jkr():
     tabors = (0.02, 0.2, 1.0, 5.0)
-    found = np.array([run(tabor, Exponential()).pull_off_force for tabor in tabors])
-    assert np.all(np.diff(found) < 0.0)
-    assert found[0] == pytest.approx(2.0, rel=5e-3)
-    assert found[-1] == pytest.approx(1.5, rel=1e-2)
+    forces = np.array([run(tabor, Exponential()).pull_off_force for tabor in tabors])
+    assert np.all(np.diff(forces) < 0.0)
+    assert forces[0] == pytest.approx(2.0, rel=5e-3)
+    assert forces[-1] == pytest.approx(1.5, rel=1e-2)
 
 
 @pytest.mark.parametrize("law", [ConstantStress(), Exponential()])

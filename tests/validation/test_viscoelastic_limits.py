@@ -19,12 +19,12 @@ def run(material, tabor, duration, **options):
     return completed(Scene(tabor=tabor, material=material), path, ACCURACY, **options)
 
 
-def assert_same_loop(one, other, tolerance=2e-3):
+def assert_same_loop(first, second, tolerance=2e-3):
     parts = np.linspace(0.0, 1.0, 121)
-    a, b = one.at(parts * one.time[-1]), other.at(parts * other.time[-1])
+    a, b = first.at(parts * first.time[-1]), second.at(parts * second.time[-1])
     assert np.sum(np.abs(a - b)) < tolerance * np.sum(np.abs(b))
-    assert one.pull_off_force == pytest.approx(other.pull_off_force, rel=tolerance)
-    assert one.max_compression == pytest.approx(other.max_compression, rel=tolerance)
+    assert first.pull_off_force == pytest.approx(second.pull_off_force, rel=tolerance)
+    assert first.max_compression == pytest.approx(second.max_compression, rel=tolerance)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.1])
@@ -65,6 +65,6 @@ def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nod
 @pytest.mark.parametrize(("tabor", "ratio", "rate", "peak"), [(0.17, 0.6, 600.0, 0.34), (0.3, 0.3, 1000.0, 1.0)])
 def test_a_fast_loop_that_loses_little_states_its_larger_error(tabor, ratio, rate, peak):
     cycle = ramps(peak, rate * tabor, 0.0, rate * tabor)
-    found, fine = (simulate(Scene(tabor, StandardLinearSolid(ratio)), cycle, a) for a in ("standard", 1e-4))
-    error = abs(found.hysteresis / fine.hysteresis - 1.0)
-    assert found.accuracy < error < found.hysteresis_accuracy
+    trajectory, fine = (simulate(Scene(tabor, StandardLinearSolid(ratio)), cycle, a) for a in ("standard", 1e-4))
+    error = abs(trajectory.hysteresis / fine.hysteresis - 1.0)
+    assert trajectory.accuracy < error < trajectory.hysteresis_accuracy

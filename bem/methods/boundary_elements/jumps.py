@@ -107,36 +107,31 @@ def equilibrate(
     `control` is what the protocol prescribes. The mesh follows until its window holds the edge.
     """
     interface, controls, response = problem.interface, problem.controls, remembered.response
-    mesh, gap, traction, on_grid = start.mesh, start.gap.copy(), start.traction.copy(), remembered
+    mesh, gap, traction, memory = start.mesh, start.gap.copy(), start.traction.copy(), remembered
     for _ in range(_MOST_MESHES):
         if is_spent(work):
             break
         influence = influence_of(problem, mesh, response, gap)
-        rigid = rigid_side(interface, mesh, control, on_grid)
+        rigid = rigid_side(interface, mesh, control, memory)
         rhs = right_side(problem, mesh, control, response, rigid, gap, traction)
         if interface.nonadhesive:
             solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
         else:
             solved = settle(interface, influence, rhs, response, controls.residual, gap, traction, work)
-        state = state_under(problem, mesh, control, on_grid, gap, traction)
+        state = state_under(problem, mesh, control, memory, gap, traction)
         if has_flown_off(problem, control, state.force):
             return state, False
         left = edge_left_window(state)
-        if (
-            solved
-            and not left
-            and problem.device.compliance > 0.0
-            and not is_balanced(problem, state, control, on_grid)
-        ):
+        if solved and not left and problem.device.compliance > 0.0 and not is_balanced(problem, state, control, memory):
             continue  # once more, from the better prediction
         if not solved or not left:
             return state, solved
-        new = select_mesh(interface, controls, problem.scheme, state, 1.0, on_grid)
-        on_grid = carried(remembered, start.mesh.grid, new.grid)
+        new = select_mesh(interface, controls, problem.scheme, state, 1.0, memory)
+        memory = carried(remembered, start.mesh.grid, new.grid)
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)
         transfer(interface, mesh, gap, traction, new, moved_gap, moved_traction)
         mesh, gap, traction = new, moved_gap, moved_traction
-    return state_under(problem, mesh, control, on_grid, gap, traction), False
+    return state_under(problem, mesh, control, memory, gap, traction), False
 
 
 @kernel

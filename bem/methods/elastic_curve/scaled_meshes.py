@@ -65,18 +65,14 @@ def scaled_meshes(controls: BranchControls, levels: int, reach: float, ring: Rin
 def _together(spacing: float, growth: float, widest: float, reach: float, ring: Ring, levels: int) -> ScaledMeshes:
     meshes = [_mesh(spacing, growth, widest, reach, ring, level) for level in range(levels)]
     shape = levels, max(radii.size for radii, _, _ in meshes)
-    stacked = ScaledMeshes(
+    table = ScaledMeshes(
         np.zeros(shape), np.zeros(levels, int), np.zeros(levels, int), np.zeros(shape), np.zeros((*shape, shape[1]))
     )
     for level, (radii, weights, influence) in enumerate(meshes):
         n = radii.size
-        stacked.size[level], stacked.edge_node[level] = n, np.searchsorted(radii, 1.0)
-        stacked.radii[level, :n], stacked.weights[level, :n], stacked.influence[level, :n, :n] = (
-            radii,
-            weights,
-            influence,
-        )
-    return stacked
+        table.size[level], table.edge_node[level] = n, np.searchsorted(radii, 1.0)
+        table.radii[level, :n], table.weights[level, :n], table.influence[level, :n, :n] = radii, weights, influence
+    return table
 
 
 @functools.lru_cache(maxsize=64)

@@ -130,12 +130,8 @@ def follow_hard_contact(
     elif scene.material.strengths.size == 0:
         result = follow_hertz(_shape_of(scene), device, times, controls, _RECORDS / accuracy.target**0.33)
     else:
-        method, solid, deepest, n = (
-            "elements",
-            solid_of(scene.material),
-            deepest_indentation(scene, path),
-            scene.exponent,
-        )
+        method, solid = "elements", solid_of(scene.material)
+        deepest, n = deepest_indentation(scene, path), scene.exponent
         shape = _shape_of(scene, solid.glassy if glassy else 1.0)
         radius = uncompiled(_radius_under)(shape, device, float(controls[0]))
         depth = shape.depth * radius**n if radius > 0.0 or not device.inward else float(controls[0])

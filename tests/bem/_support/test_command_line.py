@@ -36,7 +36,7 @@ def failed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("main", "arguments", "status", "words"),
+    ("main", "arguments", "status", "message"),
     [
         (study, ["2"], 0, ""),
         (study, ["2", "--stop"], 75, ""),
@@ -46,12 +46,12 @@ def failed() -> None:
     ],
 )
 def test_a_module_ends_with_its_status_and_a_mistake_with_one_sentence(
-    main, arguments, status, words, monkeypatch, capsys
+    main, arguments, status, message, monkeypatch, capsys
 ):
     assert ended(main, arguments, monkeypatch) == status
     printed = capsys.readouterr().err
-    assert words in printed
-    assert printed.count("\n") == bool(words)
+    assert message in printed
+    assert printed.count("\n") == bool(message)
 
 
 def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
@@ -77,7 +77,7 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ("bem --sideways", "bem: No such option"),
         ("surrogate --sideways", "surrogate: No such option"),
@@ -88,16 +88,16 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
         ),
     ],
 )
-def test_a_mistake_exits_with_2_and_a_sentence_that_begins_with_the_name_of_the_command(words, sentence):
-    ended = python("-m", *words.split())
+def test_a_mistake_exits_with_2_and_a_sentence_that_begins_with_the_name_of_the_command(arguments, sentence):
+    ended = python("-m", *arguments.split())
     assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
     assert ended.stderr.startswith(sentence)
 
 
 @pytest.mark.parametrize("module", ["bem", "surrogate"])
 def test_a_command_alone_tells_its_usage(module):
-    told = python("-m", module)
-    assert "Usage" in told.stdout + told.stderr
+    process = python("-m", module)
+    assert "Usage" in process.stdout + process.stderr
 
 
 def test_a_sentence_is_one_line_of_bounded_length():
@@ -111,6 +111,6 @@ def test_a_sentence_is_one_line_of_bounded_length():
 @pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app.app), ("surrogate", surrogate.cli.app.app)])
 def test_both_programs_tell_their_version(name, app):
     project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
-    told = CliRunner().invoke(app, ["--version"])
-    assert (told.exit_code, told.output) == (0, f"{name} {project['version']}\n")
+    result = CliRunner().invoke(app, ["--version"])
+    assert (result.exit_code, result.output) == (0, f"{name} {project['version']}\n")
     assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output

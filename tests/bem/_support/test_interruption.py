@@ -32,12 +32,12 @@ WAYS = {
 
 @pytest.mark.parametrize("way", WAYS)
 def test_slices_of_work_change_no_number(way, monkeypatch):
-    whole, slices = WAYS[way](), []
+    uncut, slices = WAYS[way](), []
     elastic_branch.branch_of.cache_clear()
     monkeypatch.setattr(records, "SLICE", 1)
     for module in SLICED:
         monkeypatch.setattr(module, "next_slice", lambda work: slices.append(work) or records.next_slice(work))
-    np.testing.assert_array_equal(WAYS[way](), whole)
+    np.testing.assert_array_equal(WAYS[way](), uncut)
     assert len(slices) > 2
 
 
@@ -69,20 +69,20 @@ COMMANDS = {
 }
 
 
-def begin(words, out):
+def begin(options, out):
     """Start a command in a session of its own, which Ctrl-C reaches as a whole."""
     # Tests that run in the background inherit an ignored SIGINT, and would pass it on.
     former = signal.signal(signal.SIGINT, signal.default_int_handler)
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    command = [sys.executable, *words.replace("OUT", str(out)).split()]
+    command = [sys.executable, *options.replace("OUT", str(out)).split()]
     process = subprocess.Popen(command, cwd=ROOT, start_new_session=True, **streams)
     signal.signal(signal.SIGINT, former)
     return process
 
 
-@pytest.mark.parametrize("words", COMMANDS)
-def test_control_c_ends_a_command_in_one_line(words, tmp_path):
-    process = begin(words, tmp_path)
+@pytest.mark.parametrize("options", COMMANDS)
+def test_control_c_ends_a_command_in_one_line(options, tmp_path):
+    process = begin(options, tmp_path)
     until = time.monotonic() + HANG
     while process.poll() is None and "numpy" not in Path(f"/proc/{process.pid}/maps").read_text():
         assert time.monotonic() < until
@@ -91,5 +91,5 @@ def test_control_c_ends_a_command_in_one_line(words, tmp_path):
     _, errors = process.communicate(timeout=HANG)
     lines = [line for line in errors.splitlines() if "compiling the solver" not in line]
     assert process.returncode == 130, errors
-    assert lines == [f"{COMMANDS[words]}: interrupted; {STARTS_AGAIN}"]
+    assert lines == [f"{COMMANDS[options]}: interrupted; {STARTS_AGAIN}"]
     assert list(tmp_path.rglob(".*")) == []

@@ -28,19 +28,19 @@ def files(tmp_path, monkeypatch):
 
 DAMAGE = {
     "empty": lambda _: b"",
-    "cut": lambda content: content[: len(content) // 2],
-    "longer": lambda content: content + b"\0",
-    "a bit": lambda content: content[:-9] + bytes([content[-9] ^ 1]) + content[-8:],
-    "zeros": lambda content: bytes(len(content)),
+    "cut": lambda code: code[: len(code) // 2],
+    "longer": lambda code: code + b"\0",
+    "a bit": lambda code: code[:-9] + bytes([code[-9] ^ 1]) + code[-8:],
+    "zeros": lambda code: bytes(len(code)),
 }
 
 
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
 def test_damaged_code_is_compiled_again(damage, files):
-    for path, content in files.items():
-        path.write_bytes(damage(content))
+    for path, code in files.items():
+        path.write_bytes(damage(code))
         assert kernel(increased)(2.0) == 3.5
-        assert path.read_bytes() != damage(content)
+        assert path.read_bytes() != damage(code)
 
 
 def test_code_that_cannot_be_read_or_written(files):
@@ -98,17 +98,17 @@ def test_the_usual_folder_is_in_the_home(caches, monkeypatch):
     assert directory().startswith(f"{caches.parent}/home/.cache/contact-trajectories/kernels-")
 
 
-@pytest.mark.parametrize("part", ["", "contact-trajectories", "contact-trajectories/NAME"])
+@pytest.mark.parametrize("folder", ["", "contact-trajectories", "contact-trajectories/NAME"])
 @pytest.mark.parametrize("mode", [0o777, 0o775, 0o1777])
-def test_folders_of_many_writers_are_refused(part, mode, caches, capsys):
+def test_folders_of_many_writers_are_refused(folder, mode, caches, capsys):
     own = directory()
-    path = caches / part.replace("NAME", Path(own).name)
+    path = caches / folder.replace("NAME", Path(own).name)
     path.chmod(mode)
-    safe = mode == 0o1777 and not part.endswith("NAME")  # nobody can replace what is in /tmp
+    safe = mode == 0o1777 and not folder.endswith("NAME")  # nobody can replace what is in /tmp
     assert directory() == (own if safe else None)
-    told = capsys.readouterr().err
-    assert told.count("\n") == (not safe)
-    assert safe or f"received {path} of user {os.geteuid()} with mode {mode:o}" in told
+    errors = capsys.readouterr().err
+    assert errors.count("\n") == (not safe)
+    assert safe or f"received {path} of user {os.geteuid()} with mode {mode:o}" in errors
 
 
 def test_a_folder_of_another_user_is_refused(caches, monkeypatch, capsys):
@@ -132,7 +132,7 @@ def test_nothing_is_kept_in_unsafe_folders(caches, monkeypatch, tmp_path, capsys
     assert kernel(increased)(2.0) == 3.5
     with compilation(["a"], 0, 3.0):
         pass
-    told = capsys.readouterr().err.splitlines()
-    assert "the solver is compiled at every start" in told[0]
-    assert "compiling the solver" in told[-1]
+    errors = capsys.readouterr().err.splitlines()
+    assert "the solver is compiled at every start" in errors[0]
+    assert "compiling the solver" in errors[-1]
     assert [path.name for path in tmp_path.iterdir()] == ["caches"]

@@ -18,11 +18,11 @@ def kernels():
     def tails(values):
         total = 0.0
         for _ in range(100):
-            total += part(values, 1)[0] + part(values, 2)[0]
-        return total, part(values, 1)
+            total += nested(values, 1)[0] + nested(values, 2)[0]
+        return total, nested(values, 1)
 
-    part = _Kernel(tail, cache=False)
-    return part, _Kernel(tails, cache=False)
+    nested = _Kernel(tail, cache=False)
+    return nested, _Kernel(tails, cache=False)
 
 
 def test_this_version_of_numba_compiles_parts():
@@ -32,13 +32,13 @@ def test_this_version_of_numba_compiles_parts():
 @pytest.mark.parametrize("works", [True, False])
 def test_parts_give_what_numba_gives(works, monkeypatch):
     monkeypatch.setattr(jit, "_parts_work", lambda: works)
-    part, kernel = kernels()
+    nested, kernel = kernels()
     values = np.arange(4.0)
     before = sys.getrefcount(values)
     total, tail = kernel(values)
     assert (total, tail.tolist()) == (300.0, [1.0, 2.0, 3.0])
-    assert len(part._part.overloads) == 1  # of two constants
-    assert len(part._whole.overloads) == 0
+    assert len(nested._part.overloads) == 1  # of two constants
+    assert len(nested._whole.overloads) == 0
     del tail
     assert sys.getrefcount(values) == before
 

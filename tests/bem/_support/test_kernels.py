@@ -38,9 +38,9 @@ def test_agrees_with_numpy_from_inside_a_kernel(size, order, sign):
     block = matrix[:order, :order].copy()
     solutions = rhs.copy()
     negative = solve_twice(matrix.T.copy(), order, solutions[0], solutions[1])
-    for known, found in zip(rhs, solutions, strict=True):
-        np.testing.assert_allclose(found[:order], np.linalg.solve(block, known[:order]), rtol=1e-9, atol=1e-12)
-        np.testing.assert_array_equal(found[order:], known[order:])
+    for right, solution in zip(rhs, solutions, strict=True):
+        np.testing.assert_allclose(solution[:order], np.linalg.solve(block, right[:order]), rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(solution[order:], right[order:])
     assert negative == (np.linalg.slogdet(block)[0] < 0.0)
 
 
@@ -57,10 +57,10 @@ def test_products_agree_with_numpy(rows):
 def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
     times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
     force = np.where(times < 1.0, times**2, 1.0 - 3.0 * (times - 1.0) ** 2 - (times - 1.0))
-    wanted = np.linspace(0.0, 2.0, 41)
-    exact = np.where(wanted < 1.0, wanted**2, 1.0 - 3.0 * (wanted - 1.0) ** 2 - (wanted - 1.0))
-    kept = np.abs(ForceInterpolant(times, force, [], [1.0]).at(wanted) - exact).max()
-    rounded = np.abs(ForceInterpolant(times, force, []).at(wanted) - exact).max()
+    queries = np.linspace(0.0, 2.0, 41)
+    exact = np.where(queries < 1.0, queries**2, 1.0 - 3.0 * (queries - 1.0) ** 2 - (queries - 1.0))
+    kept = np.abs(ForceInterpolant(times, force, [], [1.0]).at(queries) - exact).max()
+    rounded = np.abs(ForceInterpolant(times, force, []).at(queries) - exact).max()
     assert kept < 0.4 * rounded
 
 
@@ -76,11 +76,11 @@ def test_integrals_are_those_of_the_curves_between():
 def test_the_history_bends_where_the_protocol_does():
     protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
     scene = Scene(tabor=1.0, material=StandardLinearSolid(0.1))
-    found, exact = simulate(scene, protocol), simulate(scene, protocol, 3e-4)
+    trajectory, exact = simulate(scene, protocol), simulate(scene, protocol, 3e-4)
     corner = protocol.phase_times(1.0)[1]
     times = corner + np.linspace(-0.02, 0.02, 401)
-    error = np.abs(found.at(times) - exact.at(times)).max() / np.ptp(exact.force)
-    assert error < 0.1 * found.accuracy
+    error = np.abs(trajectory.at(times) - exact.at(times)).max() / np.ptp(exact.force)
+    assert error < 0.1 * trajectory.accuracy
 
 
 @given(
@@ -90,17 +90,17 @@ def test_the_history_bends_where_the_protocol_does():
 def test_the_cubics_are_those_of_scipy(points, places):
     times = np.cumsum([step for step, _ in points])
     force = np.array([value for _, value in points])
-    wanted = times[0] + np.array(places) * (times[-1] - times[0])
-    wanted = np.clip(wanted, times[0], times[-1])
+    queries = times[0] + np.array(places) * (times[-1] - times[0])
+    queries = np.clip(queries, times[0], times[-1])
     ours, theirs = ForceInterpolant(times, force, []), PchipInterpolator(times, force)
     scale = np.abs(force).max()
-    np.testing.assert_allclose(ours.at(wanted), theirs(wanted), rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(ours.at(queries), theirs(queries), rtol=0, atol=1e-9 * scale)
     area = theirs.integrate(times[0], times[-1])
     np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
 
 
 @pytest.mark.parametrize(
-    ("times", "force", "jumps", "corners", "wanted", "found"),
+    ("times", "force", "jumps", "corners", "queries", "values"),
     [
         ([0, 1, 1, 2], [0, 1, -1, -2], [1], [], [0.5, 1.0 - 1e-9, 1.0, 1.5], [0.5, 1.0, -1.0, -1.5]),
         ([0, 1, 1, 2], [0, 1, 3, 3], [1], [1], [1.0], [3.0]),  # a jump at a corner is a jump
@@ -109,13 +109,13 @@ def test_the_cubics_are_those_of_scipy(points, places):
         ([0, 1, 1, 1, 2], [5, 5, 2, 0, 0], [1, 1], [], [1.0], [0.0]),
     ],
 )
-def test_a_jump_is_kept_sharp_and_counts_as_what_comes_after(times, force, jumps, corners, wanted, found):
+def test_a_jump_is_kept_sharp_and_counts_as_what_comes_after(times, force, jumps, corners, queries, values):
     history = ForceInterpolant(times, force, jumps, corners)
-    np.testing.assert_allclose(history.at(wanted), found, atol=1e-8)
+    np.testing.assert_allclose(history.at(queries), values, atol=1e-8)
 
 
 @pytest.mark.parametrize(
-    ("times", "jumps", "corners", "wanted", "message"),
+    ("times", "jumps", "corners", "queries", "message"),
     [
         ([0.0, 2.0, 1.0], [], [], [0.5], "non-decreasing"),
         ([0.0, 1.0, 2.0], [], [], [2.5], r"times must lie between 0\.0 and 2\.0; received 2\.5"),
@@ -123,14 +123,14 @@ def test_a_jump_is_kept_sharp_and_counts_as_what_comes_after(times, force, jumps
         ([0.0, 1.0, 2.0], [1.0], [], [0.5], "jump_times must each be listed before and after"),
         ([0.0, 1.0, 2.0], [], [1.5], [0.5], "corner_times must be instants"),
         *(
-            ([0.0, 1.0, 2.0], [], [], wanted, "times must be real numbers; received")
-            for wanted in (1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {})
+            ([0.0, 1.0, 2.0], [], [], queries, "times must be real numbers; received")
+            for queries in (1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {})
         ),
     ],
 )
-def test_bad_resampling(times, jumps, corners, wanted, message):
+def test_bad_resampling(times, jumps, corners, queries, message):
     with pytest.raises(ValueError, match=message):
-        ForceInterpolant(times, [0.0, 1.0, 2.0], jumps, corners).at(wanted)
+        ForceInterpolant(times, [0.0, 1.0, 2.0], jumps, corners).at(queries)
 
 
 @pytest.mark.parametrize("start", [0.0, -1e6])

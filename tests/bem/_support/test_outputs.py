@@ -16,24 +16,24 @@ def listing(folder):
 
 def test_a_file_is_whole_or_not_there(tmp_path):
     def fail(path):
-        with whole_file(path) as part:
-            part.write_text("half")
+        with whole_file(path) as temporary:
+            temporary.write_text("half")
             raise RuntimeError
 
     with pytest.raises(RuntimeError):
         fail(tmp_path / "out.csv")
     assert list(tmp_path.iterdir()) == []
-    with whole_file(tmp_path / "out.csv") as part:
-        assert part.suffix == ".csv"
-        part.write_text("whole")
+    with whole_file(tmp_path / "out.csv") as temporary:
+        assert temporary.suffix == ".csv"
+        temporary.write_text("whole")
     assert listing(tmp_path) == {"out.csv": "whole"}
 
 
-def write_both(first, second, words=("one", "two")):
+def write_both(first, second, texts=("one", "two")):
     with Outputs(first, None, second) as outputs:
-        for path, text in zip((first, second), words, strict=True):
-            with outputs.write(path) as part:
-                part.write_text(text)
+        for path, text in zip((first, second), texts, strict=True):
+            with outputs.write(path) as temporary:
+                temporary.write_text(text)
 
 
 def test_several_files_appear_together(tmp_path, monkeypatch):
@@ -55,8 +55,8 @@ def test_several_files_appear_together(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"written; received .*b\.png \(Permission denied\)"):
         write_both(first, second, ("five", "six"))
     assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
-    with pytest.raises(ValueError, match="Permission denied"), whole_file(second) as part:
-        part.write_text("seven")
+    with pytest.raises(ValueError, match="Permission denied"), whole_file(second) as temporary:
+        temporary.write_text("seven")
     first.unlink()
     with pytest.raises(ValueError, match="Permission denied"):
         write_both(first, second, ("five", "six"))
@@ -87,19 +87,19 @@ def test_places_that_cannot_be_written(tmp_path):
 def test_links_and_devices_stay_what_they_are(tmp_path):
     (tmp_path / "target.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to(tmp_path / "target.csv")
-    with whole_file(tmp_path / "link.csv") as part:
-        part.write_text("new")
+    with whole_file(tmp_path / "link.csv") as temporary:
+        temporary.write_text("new")
     assert (tmp_path / "link.csv").is_symlink()
     assert (tmp_path / "target.csv").read_text() == "new"
     (loop := tmp_path / "loop.csv").symlink_to(loop)
     with pytest.raises(ValueError, match=UNWRITABLE):
         require_output(loop)
     assert loop.is_symlink()
-    with whole_file("/dev/null") as part:
-        part.write_text("gone")
+    with whole_file("/dev/null") as temporary:
+        temporary.write_text("gone")
     assert Path("/dev/null").is_char_device()
-    with pytest.raises(ValueError, match="No space left"), whole_file("/dev/full") as part:
-        part.write_text("nothing")
+    with pytest.raises(ValueError, match="No space left"), whole_file("/dev/full") as temporary:
+        temporary.write_text("nothing")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
@@ -112,11 +112,11 @@ def test_a_full_standard_output_is_one_sentence():
     assert "Traceback" not in result.stderr
 
 
-@pytest.mark.parametrize("content", ["gr\u00fcn\n", "gr\u00fcn\n".encode(), memoryview("gr\u00fcn\n".encode())])
-def test_a_file_is_replaced_whole(content, tmp_path):
+@pytest.mark.parametrize("data", ["gr\u00fcn\n", "gr\u00fcn\n".encode(), memoryview("gr\u00fcn\n".encode())])
+def test_a_file_is_replaced_whole(data, tmp_path):
     path = tmp_path / "a.json"
     path.write_text("former")
-    write_whole(path, content, tmp_path / "first")
+    write_whole(path, data, tmp_path / "first")
     assert path.read_bytes() == "gr\u00fcn\n".encode()
     assert list(tmp_path.iterdir()) == [path]
 

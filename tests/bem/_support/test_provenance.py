@@ -20,8 +20,8 @@ def test_a_revision_is_that_of_the_repository_which_holds_this_package(tmp_path,
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
     monkeypatch.setenv("GIT_CONFIG_NOSYSTEM", "1")
     author = ("-c", "user.name=A", "-c", "user.email=a@b.c")
-    for words in (("init", "-q"), ("add", "tracked.py"), (*author, "commit", "-qm", "First")):
-        subprocess.run(["git", *words], cwd=repository, check=True)
+    for arguments in (("init", "-q"), ("add", "tracked.py"), (*author, "commit", "-qm", "First")):
+        subprocess.run(["git", *arguments], cwd=repository, check=True)
 
     def found(path):
         monkeypatch.setattr(bem._support.provenance, "__file__", str(path))

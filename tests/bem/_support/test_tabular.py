@@ -28,7 +28,7 @@ def test_one_line_names_the_result_and_not_its_arrays():
     assert repr(prediction(extrapolated=[("mu above 3.2",)])).endswith("outside the training mu above 3.2>")
 
 
-@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda example: type(example).__name__)
 def test_a_notebook_shows_the_facts_and_one_picture(record):
     text = record._repr_html_()
     assert text.count("<svg") == text.count("</svg>") == 1
@@ -45,7 +45,7 @@ def test_a_notebook_shows_a_trajectory_that_was_not_started():
     assert "<svg" not in text
 
 
-@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda example: type(example).__name__)
 def test_tables_hold_every_column_with_its_unit(record, tmp_path):
     table, labelled = record.to_dataframe(), record.to_xarray()
     assert list(table) == list(record.columns())

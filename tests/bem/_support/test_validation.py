@@ -7,9 +7,9 @@ from bem._support.wording import shortened, shown
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, "3", None, True, 1j, [1.0], 10**400, ["x" * 10**7]])
 def test_only_finite_real_numbers_pass(value):
-    with pytest.raises(ValueError, match="must be a finite number; received") as found:
+    with pytest.raises(ValueError, match="must be a finite number; received") as error:
         finite_number("x", value)
-    assert len(str(found.value)) < 500
+    assert len(str(error.value)) < 500
 
 
 @pytest.mark.parametrize("value", [3, 3.0, np.float32(3), np.int64(3)])
@@ -21,9 +21,9 @@ def test_any_real_type_becomes_a_float_within_its_bounds(value):
 
 
 def test_vectors_are_read_only_copies():
-    given = np.array([1.0, 2.0])
-    vector = finite_vector("x", given)
-    given[0] = 5.0
+    source = np.array([1.0, 2.0])
+    vector = finite_vector("x", source)
+    source[0] = 5.0
     assert vector[0] == 1.0
     assert not vector.flags.writeable
 

@@ -62,8 +62,8 @@ def test_a_terminal_gets_a_picture_that_is_named(tmp_path, monkeypatch):
     assert succeeded(app, command()).stdout.endswith("Written: contact-2.png\n")
     assert (tmp_path / "contact-2.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "contact.png").read_bytes() == b"of the user"
-    for words in (["--json"], ["--csv", "a.csv"]):
-        succeeded(app, command(*words))
+    for options in (["--json"], ["--csv", "a.csv"]):
+        succeeded(app, command(*options))
     assert {path.name for path in tmp_path.iterdir()} == {"contact.png", "contact-2.png", "a.csv"}
 
 
@@ -102,8 +102,8 @@ def test_negative_work_never_reads_as_dissipation():
         loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])
         return [line for line in readable(loop).splitlines() if line.startswith("work")]
 
-    said = "work -10 h0 pi R dgamma: the contact gave energy back; not dissipation"
-    assert work_line(np.full(3, -5.0)) == [said]
+    sentence = "work -10 h0 pi R dgamma: the contact gave energy back; not dissipation"
+    assert work_line(np.full(3, -5.0)) == [sentence]
     assert work_line(np.full(3, 5.0)) == work_line(np.array([5.0, 0.0, -5.005])) == []
 
 
@@ -135,7 +135,7 @@ def test_materials_have_words(text, material):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         (command(material="sls:2"), "modulus_ratio must be"),
         *((command(material=word), "material must be elastic, sls:K") for word in ("honey", "prony:0.3", "elastic:3")),
@@ -153,8 +153,10 @@ def test_materials_have_words(text, material):
         (["--loading-rate", "1"], "peak_indentation, unloading_rate must be given, or times and forces"),
     ],
 )
-def test_a_mistake_is_one_sentence_with_what_was_received(words, message):
-    result = CliRunner().invoke(app, words if words[0] == "simulate" else ["simulate", "--tabor", "1", *words])
+def test_a_mistake_is_one_sentence_with_what_was_received(arguments, message):
+    result = CliRunner().invoke(
+        app, arguments if arguments[0] == "simulate" else ["simulate", "--tabor", "1", *arguments]
+    )
     assert isinstance(result.exception, ValueError)
     assert message in str(result.exception)
     assert "; received " in str(result.exception)
@@ -173,17 +175,17 @@ def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
 
 
 def test_forces_are_prescribed_on_the_command_line(tmp_path):
-    words = ["simulate", "--tabor", "1", "--material", "elastic", "--times", "0,1,2", "--forces", "0,-5,3"]
-    result = succeeded(app, [*words, "--plot", str(tmp_path / "a.png")])
+    arguments = ["simulate", "--tabor", "1", "--material", "elastic", "--times", "0,1,2", "--forces", "0,-5,3"]
+    result = succeeded(app, [*arguments, "--plot", str(tmp_path / "a.png")])
     assert "detached: no contact bears the prescribed force" in result.output
     assert "-> flown off" in result.output
     assert (tmp_path / "a.png").is_file()
 
 
 def test_the_help_begins_with_a_simulation_and_tells_of_si_units():
-    words = CliRunner().invoke(app, ["--help"]).stdout
-    assert "--show-completion" in words
-    assert words.index("simulate ") < words.index("fit ") < words.index("campaign ")
+    text = CliRunner().invoke(app, ["--help"]).stdout
+    assert "--show-completion" in text
+    assert text.index("simulate ") < text.index("fit ") < text.index("campaign ")
     assert "--radius" in CliRunner().invoke(app, ["simulate", "--help"]).stdout
 
 
@@ -191,12 +193,12 @@ def test_the_title_of_a_picture_names_the_solid_and_fits_into_it():
     rates = {"loading_rate": 1234.56, "unloading_rate": 1234.56}
     cycle = LoadingProtocol(peak_indentation=123.456, dwell_time=0.00123456, **rates)
     solids = [Elastic(), StandardLinearSolid(0.1), PronySeries([0.5], [1.0])]
-    words = [title_of(Scene(1.0, solid), cycle).splitlines()[0].split(", ")[1] for solid in solids]
+    names = [title_of(Scene(1.0, solid), cycle).splitlines()[0].split(", ")[1] for solid in solids]
     ratios = [f" of modulus ratio {ratio}" for ratio in (0.1, 0.5)]
-    assert words == ["elastic", f"standard linear solid{ratios[0]}", f"Prony series{ratios[1]}"]
+    assert names == ["elastic", f"standard linear solid{ratios[0]}", f"Prony series{ratios[1]}"]
     trajectory = trajectory_of(range(3), [2.0, 1.0, 0.0], np.ones(3), unloading=[False, True, True])
-    few, many = [-1.0, -5.0, 1.0], [0.123456789e-3 * place for place in range(400)]
-    for protocol in (cycle, *(kind(range(len(path)), path) for kind in KINDS for path in (few, many))):
+    few, many = [-1.0, -5.0, 1.0], [0.123456789e-3 * number for number in range(400)]
+    for protocol in (cycle, *(make(range(len(path)), path) for make in KINDS for path in (few, many))):
         picture = draw_trajectory(trajectory, title_of(Scene(1.23456, StandardLinearSolid(0.123456)), protocol))
         picture.draw_without_rendering()
         across = picture._suptitle.get_window_extent()

@@ -21,8 +21,8 @@ SOLID = {"retardation_time": "0.1", "material": "sls:0.3"}
 
 def options(named):
     """Words of options; one that is `None` is left out."""
-    given = {name.replace("_", "-"): str(value) for name, value in named.items() if value is not None}
-    return [word for name, value in given.items() for word in (f"--{name}", value)]
+    texts = {name.replace("_", "-"): str(value) for name, value in named.items() if value is not None}
+    return [word for name, value in texts.items() for word in (f"--{name}", value)]
 
 
 def simulated(*flags, command="simulate", **changes):
@@ -36,24 +36,24 @@ def test_simulate_with_a_radius_is_in_si_with_units_and_json_on_request(tmp_path
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
     assert curve.indentation.max() == pytest.approx(3e-7)
-    found = json.loads(simulated("--json").stdout)
-    np.testing.assert_allclose(found["force"], curve.force, rtol=1e-8)
-    assert (found["force_sign"], found["detached"]) == ("tension", False)
-    assert found["pull_off_force"] == pytest.approx(curve.pull_off_force)
+    summary = json.loads(simulated("--json").stdout)
+    np.testing.assert_allclose(summary["force"], curve.force, rtol=1e-8)
+    assert (summary["force_sign"], summary["detached"]) == ("tension", False)
+    assert summary["pull_off_force"] == pytest.approx(curve.pull_off_force)
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
     units |= {"loading_rate": "2um/s", "retardation_time": "100ms", "csv": tmp_path / "a.csv"}
     assert simulated(command="simulate-si", **units).output == output
 
 
 def test_a_material_may_be_an_entry_of_the_library():
-    said = [
+    outputs = [
         simulated(retardation_time=None, material=material, modulus=modulus).output
         for modulus, material in (
             *(("2e6", "sylgard_184"), ("2e6", "elastic")),
             *((None, "sylgard_184"), ("2.05e6", "elastic")),  # its modulus is the default
         )
     ]
-    assert (said[0], said[2]) == (said[1], said[3])
+    assert (outputs[0], outputs[2]) == (outputs[1], outputs[3])
     cycle = {"peak_indentation": "2", "loading_rate": "10", "unloading_rate": "10"}
     succeeded(app, ["simulate", *options({"tabor": "0.5", "material": "sylgard_184_cured_at_100c"} | cycle)])
 
@@ -64,21 +64,21 @@ def test_a_fit_holds_a_known_prony_series(tmp_path):
     measured(series).shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
     named = {"radius": "50um", "material": "prony:0.7@0.1", "model": "solver", "accuracy": "draft"}
     succeeded(app, ["fit", str(tmp_path / "curve.csv"), *options(named | {"out": tmp_path / "fit.json"})])
-    found = json.loads((tmp_path / "fit.json").read_text())["values"]
-    assert "retardation_time" not in found
-    assert found["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
-    assert found["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
+    values = json.loads((tmp_path / "fit.json").read_text())["values"]
+    assert "retardation_time" not in values
+    assert values["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
+    assert values["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
 
 
 def failed(arguments, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["bem", *arguments])
     with pytest.raises(SystemExit) as left:
         run_command(app, "bem")
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("bem: ")
-    assert said.err.count("\n") == 1
-    return left.value.code, said.err
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.startswith("bem: ")
+    assert output.err.count("\n") == 1
+    return left.value.code, output.err
 
 
 OPTIONS = {
@@ -118,10 +118,10 @@ def test_a_mistake_is_one_sentence_and_writes_nothing(tmp_path, monkeypatch, cap
     time = np.linspace(0.0, 1.0, 60)
     noise = 1e-9 * np.random.default_rng(0).standard_normal(60)
     ForceCurve(time=time, indentation=np.minimum(time, 1.0 - time), force=noise).write("curve.csv")
-    words = [*command.split(), *options(OPTIONS[command] | changes)]
-    code, said = failed(words, monkeypatch, capsys)
+    arguments = [*command.split(), *options(OPTIONS[command] | changes)]
+    code, error = failed(arguments, monkeypatch, capsys)
     assert code == (1 if "did not complete" in message else 2)
-    assert message in said
+    assert message in error
     assert list(tmp_path.iterdir()) == [tmp_path / "curve.csv"]
 
 
@@ -132,9 +132,9 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
     named |= {"free": "work_of_adhesion,contact_point,force_offset,tilt,drag"}
     named |= {"out": tmp_path / "fit.json", "plot": tmp_path / "fit.png"}
     result = succeeded(app, ["fit", str(tmp_path / "curve.csv"), *options(named)])
-    found = json.loads((tmp_path / "fit.json").read_text())
-    assert found["values"]["work_of_adhesion"] == pytest.approx(truth["work_of_adhesion"], rel=0.05)
-    assert f"{1e3 * found['values']['work_of_adhesion']:.4g} mJ/m^2" in result.output
+    fitted = json.loads((tmp_path / "fit.json").read_text())
+    assert fitted["values"]["work_of_adhesion"] == pytest.approx(truth["work_of_adhesion"], rel=0.05)
+    assert f"{1e3 * fitted['values']['work_of_adhesion']:.4g} mJ/m^2" in result.output
     assert (tmp_path / "fit.png").stat().st_size > 1000
 
 
@@ -173,10 +173,10 @@ def afm_map(path):
 
 def test_a_file_of_several_curves_is_never_silently_one(tmp_path, monkeypatch, capsys):
     path = afm_map(tmp_path / "map.h5")
-    words = ["fit", str(path), "--radius", "5um", "--force-sign", "compression"]
-    code, said = failed(words, monkeypatch, capsys)
+    arguments = ["fit", str(path), "--radius", "5um", "--force-sign", "compression"]
+    code, error = failed(arguments, monkeypatch, capsys)
     assert code == 2
-    assert "the number of a curve must be given, from 0 to 2" in said
-    assert "from 0 to 2; received 7" in failed([*words, "--number", "7"], monkeypatch, capsys)[1]
-    result = succeeded(app, [*words, "--number", "2", "--model", "jkr", "--segment", "retract"])
+    assert "the number of a curve must be given, from 0 to 2" in error
+    assert "from 0 to 2; received 7" in failed([*arguments, "--number", "7"], monkeypatch, capsys)[1]
+    result = succeeded(app, [*arguments, "--number", "2", "--model", "jkr", "--segment", "retract"])
     assert "JKR: elastic sphere" in result.output

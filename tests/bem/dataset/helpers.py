@@ -46,11 +46,11 @@ def command(*arguments, solver=None):
 
 
 def assert_same_numbers(*paths):
-    found = []
+    tables = []
     for path in paths:
         with open_dataset(path) as file:
-            found.append({name: item[...] for name, item in arrays(file) if name != "scalars/solver_seconds"})
-    np.testing.assert_equal(*found)
+            tables.append({name: item[...] for name, item in arrays(file) if name != "scalars/solver_seconds"})
+    np.testing.assert_equal(*tables)
 
 
 def journals(out):
@@ -98,11 +98,11 @@ def put(name, value, rows=...):
     return lambda file: file[name].__setitem__(rows, value)
 
 
-def replaced(name, content):
+def replaced(name, transform):
     def change(file):
         former = file[name][...]
         del file[name]
-        file[name] = content(former)
+        file[name] = transform(former)
 
     return change
 

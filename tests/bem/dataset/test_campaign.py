@@ -51,19 +51,19 @@ def test_histories_are_the_solvers_own(plan, undisturbed):
     times, rows = measurement_grid(**plan.protocols)[0], np.array([0, 57, 119])
     with open_dataset(undisturbed) as file:
         for row, case in zip(rows, plan.cases_of(rows), strict=True):
-            piece, found = slice(*file["native/offsets"][row : row + 2]), stand_in.solve(*case)
+            piece, trajectory = slice(*file["native/offsets"][row : row + 2]), stand_in.solve(*case)
             for name in NATIVE_QUANTITIES:
-                np.testing.assert_array_equal(file[f"native/{name}"][piece], getattr(found, name))
-            np.testing.assert_array_equal(file["fms/force"][row], found.at(times[row]).astype(np.float32))
-            assert file["scalars/pull_off_force"][row] == found.pull_off_force
+                np.testing.assert_array_equal(file[f"native/{name}"][piece], getattr(trajectory, name))
+            np.testing.assert_array_equal(file["fms/force"][row], trajectory.at(times[row]).astype(np.float32))
+            assert file["scalars/pull_off_force"][row] == trajectory.pull_off_force
 
 
 def test_failures_are_recorded_with_their_reason_and_show_in_the_exit_status(out, tmp_path):
     tabor = Campaign(count=200, seed=1).protocols["tabor"]
     deep, shallow = np.sum(tabor > 3.0), np.sum(tabor < 0.25)
-    words = ("campaign", "--count", 200, "--seed", 1, "--out", out)
-    for one in (words, words, (*words, "--retry-failed"), ("merge", out, "--out", tmp_path / "merged.h5")):
-        result = command(*one, solver=stand_in.sometimes_fails)
+    arguments = ("campaign", "--count", 200, "--seed", 1, "--out", out)
+    for call in (arguments, arguments, (*arguments, "--retry-failed"), ("merge", out, "--out", tmp_path / "merged.h5")):
+        result = command(*call, solver=stand_in.sometimes_fails)
         assert (result.exit_code, result.stderr) == (1, "")
         assert f", {deep + shallow} failed" in result.stdout
         assert f"{deep} failed: ArithmeticError: tabor is too large for me\n" in result.stdout
@@ -79,10 +79,10 @@ def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
     def refused(*_):
         raise ValueError("Expected an output file that can be written")
 
-    content, seen = undisturbed.read_bytes(), []
+    data, seen = undisturbed.read_bytes(), []
     monkeypatch.setattr("bem.dataset.run.require_output", refused)
     assert run_campaign(plan, undisturbed, solver=stand_in.solve, progress=lambda *of: seen.append(of)).computed == 0
-    assert undisturbed.read_bytes() == content
+    assert undisturbed.read_bytes() == data
     assert seen == [(120, 0)]
     with pytest.raises(ValueError, match="can be written"):
         run_campaign(plan, undisturbed.with_name("other.h5"), solver=stand_in.solve)
@@ -91,14 +91,14 @@ def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
 @pytest.mark.usefixtures("in_this_process")
 def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path):
     plan = Campaign(count=120, seed=5, design=Design("sobol"))
-    content = undisturbed.read_bytes()
+    data = undisturbed.read_bytes()
     copy = tmp_path / "data.h5"
-    copy.write_bytes(content)
+    copy.write_bytes(data)
     with pytest.raises(ValueError, match="design 'paper' there and 'sobol' here, seed 4 there and 5 here, native True"):
         run_campaign(plan, copy, solver=stand_in.solve)
     with pytest.raises(ValueError, match="made by another version of the solver"):
         run_campaign(Campaign(count=120, seed=4, native=True), copy, solver=stand_in.slow)
-    assert copy.read_bytes() == content
+    assert copy.read_bytes() == data
     assert run_campaign(plan, copy, solver=stand_in.solve, replace=True).computed == 120
     run_campaign(plan, tmp_path / "fresh.h5", solver=stand_in.solve)
     assert_same_numbers(copy, tmp_path / "fresh.h5")
@@ -124,8 +124,8 @@ def foreign(path, _):
 
 
 def of_version(version):
-    def make(path, content):
-        path.write_bytes(content)
+    def make(path, data):
+        path.write_bytes(data)
         with editing(path) as file:
             file.attrs["format_version"] = version
 
@@ -138,7 +138,7 @@ def of_version(version):
         (lambda *_: None, "data set file not found"),
         (lambda path, _: path.mkdir(), "received the folder"),
         (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not HDF5"),
-        (lambda path, content: path.write_bytes(content[:20_000]), "truncated or damaged"),
+        (lambda path, data: path.write_bytes(data[:20_000]), "truncated or damaged"),
         (of_version(0), "which is of version 0"),
         (of_version("1"), "which is of version '1'"),
         (foreign, "an HDF5 file of another kind"),
@@ -151,11 +151,11 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
     if path.is_file():
         commands.append(("campaign", "--count", "3", "--out", path))
         commands += [(*commands[-1], "--replace")] * ("truncated" not in message)
-    content = path.read_bytes() if path.is_file() else b""
-    for words in commands:
-        result = command(*words)
+    data = path.read_bytes() if path.is_file() else b""
+    for arguments in commands:
+        result = command(*arguments)
         assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (2, True, 1)
-    assert not path.is_file() or path.read_bytes() == content
+    assert not path.is_file() or path.read_bytes() == data
     result = command("merge", undisturbed, "--out", tmp_path / "c.txt")
     assert (result.exit_code, "Expected an output file called .h5 or .hdf5" in result.stderr) == (2, True)
 
@@ -193,7 +193,7 @@ def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, mon
     assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", *(f"{name}.toml" for name in texts)}
 
 
-@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda _: b""])
+@pytest.mark.parametrize("harm", [lambda data: data[:5000], lambda _: b""])
 def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, out):
     out.write_bytes(harm(undisturbed.read_bytes()))
     result = command("campaign", "--out", out, "--count", "9")
@@ -210,9 +210,9 @@ def test_design_file_and_options_together(tmp_path):
     options = ("--count", "7", "--range", "dwell_time=1", "--accuracy", "1e-3")
     result = command("campaign", "--out", out, "--design-file", path, *options, solver=stand_in.solve)
     assert result.exit_code == 0, result.stderr
-    found = load_dataset(out).attributes
-    assert [found[name] for name in ("design", "count", "accuracy", "shard")] == ["sobol", 7, 1e-3, "1/1"]
-    assert [found["ranges"][name] for name in ("tabor", "dwell_time")] == [[1.0, 2.0], [1.0, 1.0]]
+    attributes = load_dataset(out).attributes
+    assert [attributes[name] for name in ("design", "count", "accuracy", "shard")] == ["sobol", 7, 1e-3, "1/1"]
+    assert [attributes["ranges"][name] for name in ("tabor", "dwell_time")] == [[1.0, 2.0], [1.0, 1.0]]
 
 
 def test_a_terminal_shows_what_is_done_and_what_failed(monkeypatch):
@@ -242,20 +242,20 @@ PLAN = Campaign(count=40, native=True)
     ],
 )
 def test_the_documented_tree_is_the_files(text, job, attributes, tmp_path):
-    words = re.search(attributes, text)[0]
-    if words.startswith("| Attribute"):
-        words = "".join(line.split("|")[1] for line in words.splitlines() if line.startswith("| `"))
+    table = re.search(attributes, text)[0]
+    if table.startswith("| Attribute"):
+        table = "".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
     with h5py.File(run_here(job, tmp_path / "file.h5", solver=stand_in.solve).path) as file:
         sizes = {"n": 40, "n + 1": 41, "N": 120, "m": int(file["native/offsets"][-1])}
         sizes["j"] = len(file["jumps/trajectory"]) if "jumps" in file else 0
-        found = {
+        stored = {
             (name, "string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.shape)
             for name, item in arrays(file)
         }
-        assert set(re.findall(r"`([a-z_]+)`", words)) == set(file.attrs)
+        assert set(re.findall(r"`([a-z_]+)`", table)) == set(file.attrs)
         assert "fms" not in file or file["fms"].attrs["counts"].tolist() == [50, 20, 50]
     rows = re.findall(r"^\| `/([a-z_/]+)` \| (\w+) \| \(([^|]*?),?\) \|", text, re.MULTILINE)
-    assert {(name, kind, tuple(sizes[one] for one in shape.split(", "))) for name, kind, shape in rows} == found
+    assert {(name, dtype, tuple(sizes[size] for size in shape.split(", "))) for name, dtype, shape in rows} == stored
 
 
 def test_the_documented_design_file_is_read(tmp_path):

@@ -31,14 +31,14 @@ PAIRS = [
 ]
 
 
-def same(one, other):
+def same(first, second):
     """Whether two trajectories are the same to the last bit, NaN included."""
-    np.testing.assert_equal(asdict(one), asdict(other))
-    assert [getattr(one, name).dtype for name in ARRAYS] == [getattr(other, name).dtype for name in ARRAYS]
+    np.testing.assert_equal(asdict(first), asdict(second))
+    assert [getattr(first, name).dtype for name in ARRAYS] == [getattr(second, name).dtype for name in ARRAYS]
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def cases_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("cases") / "cases.h5"
     summary = run_here(Cases(PAIRS), path, solver=stand_in.solve, command="made by hand")
     assert (summary.count, summary.computed, sum(summary.failures.values())) == (60, 60, 0)
@@ -46,14 +46,14 @@ def whole(tmp_path_factory):
     return path
 
 
-def test_what_is_read_is_what_the_solver_returned(whole):
-    cases = load_cases(whole)
+def test_what_is_read_is_what_the_solver_returned(cases_file):
+    cases = load_cases(cases_file)
     assert [(case.scene, case.protocol) for case in cases] == PAIRS
     for case in cases:
         same(case.trajectory, stand_in.solve(case.scene, case.protocol))
         assert case.reason == ""
     assert any(np.isnan(jump.energy_lost) for case in cases for jump in case.trajectory.jumps)
-    with h5py.File(whole) as file:  # as any program reads it
+    with h5py.File(cases_file) as file:  # as any program reads it
         offsets = file["native/offsets"][:]
         for row in (0, 59):
             piece = slice(offsets[row], offsets[row + 1])
@@ -64,15 +64,15 @@ def test_what_is_read_is_what_the_solver_returned(whole):
         assert file.attrs["command"] == "made by hand"
 
 
-def test_an_interrupted_one_continues(whole, tmp_path):
+def test_an_interrupted_one_continues(cases_file, tmp_path):
     out = tmp_path / "cases.h5"
     with pytest.raises(InterruptedError):
         run_campaign(Cases(PAIRS), out, solver=stand_in.solve, workers=2, progress=stop_after(20))
     with pytest.raises(ValueError, match=r"cases '[0-9a-f]{64}' there and '[0-9a-f]{64}' here"):
         run_campaign(Cases(PAIRS[::-1]), out, solver=stand_in.solve)
     assert 0 < run_here(Cases(PAIRS), out, solver=stand_in.solve).computed < 60
-    for one, other in zip(load_cases(out), load_cases(whole), strict=True):
-        same(one.trajectory, other.trajectory)
+    for case, uninterrupted in zip(load_cases(out), load_cases(cases_file), strict=True):
+        same(case.trajectory, uninterrupted.trajectory)
     assert list(tmp_path.iterdir()) == [out]
 
 
@@ -92,15 +92,15 @@ def test_failures_are_kept_and_computed_again_when_asked(mending):
     assert (again.computed, dict(again.failures)) == (40, {})
 
 
-def test_neither_file_is_taken_for_the_other(whole, undisturbed):
+def test_neither_file_is_taken_for_the_other(cases_file, undisturbed):
     with pytest.raises(ValueError, match="an HDF5 file of another kind"):
-        load_dataset(whole)
+        load_dataset(cases_file)
     with pytest.raises(ValueError, match="an HDF5 file of another kind"):
         load_cases(undisturbed)
-    content = undisturbed.read_bytes()
+    data = undisturbed.read_bytes()
     with pytest.raises(ValueError, match="an HDF5 file of another kind"):
         run_campaign(Cases(PAIRS), undisturbed, replace=True)
-    assert undisturbed.read_bytes() == content
+    assert undisturbed.read_bytes() == data
 
 
 @pytest.mark.parametrize(
@@ -116,18 +116,18 @@ def test_neither_file_is_taken_for_the_other(whole, undisturbed):
         lambda file: file.attrs.__setitem__("wall_seconds", "long"),
     ],
 )
-def test_files_that_do_not_fit_together_are_refused_in_one_sentence(harm, whole, tmp_path):
+def test_files_that_do_not_fit_together_are_refused_in_one_sentence(harm, cases_file, tmp_path):
     path = tmp_path / "cases.h5"
-    path.write_bytes(whole.read_bytes()[:-1])
+    path.write_bytes(cases_file.read_bytes()[:-1])
     with pytest.raises(DamagedFileError, match="truncated or damaged"):
         load_cases(path)
-    path.write_bytes(whole.read_bytes())
+    path.write_bytes(cases_file.read_bytes())
     with editing(path) as file:
         harm(file)
-    with pytest.raises(DamagedFileError, match="expected a complete file of cases") as found:
+    with pytest.raises(DamagedFileError, match="expected a complete file of cases") as error:
         load_cases(path)
-    assert "\n" not in str(found.value)
-    assert len(str(found.value)) < 1000
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 1000
 
 
 class Own(Elastic):

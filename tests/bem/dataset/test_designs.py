@@ -58,12 +58,12 @@ def test_protocols_depend_on_seed_and_place_only_and_fill_their_ranges(name):
 
 
 def test_sobol_covers_each_octant_evenly_and_edges_and_corners_what_they_say():
-    for place in places(Design("sobol").protocols(256, seed=2)):
-        np.testing.assert_array_equal(np.histogram(place, 16, (0.0, 1.0))[0], 16)
+    for column in places(Design("sobol").protocols(256, seed=2)):
+        np.testing.assert_array_equal(np.histogram(column, 16, (0.0, 1.0))[0], 16)
     for name, share in (("edges", 0.5903), ("corners", 1.0), ("sobol", 0.4)):
-        for place in places(Design(name).protocols(4096, seed=1)):
-            assert np.mean((place <= 0.2) | (place >= 0.8)) == pytest.approx(share, abs=2e-3)
-            assert np.mean(place < 0.5) == pytest.approx(0.5, abs=1e-3)
+        for column in places(Design(name).protocols(4096, seed=1)):
+            assert np.mean((column <= 0.2) | (column >= 0.8)) == pytest.approx(share, abs=2e-3)
+            assert np.mean(column < 0.5) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_phase_that_vanishes_in_double_precision_is_refused():
@@ -76,15 +76,15 @@ def test_a_phase_that_vanishes_in_double_precision_is_refused():
 def test_modulus_ratios_are_drawn_with_the_protocols(name):
     drawn = Design(name, modulus_ratio=(0.01, 1.0)).protocols(256, seed=3)
     assert list(drawn) == [*QUANTITIES, "modulus_ratio"]
-    (place,) = places(drawn, {"modulus_ratio": (0.01, 1.0)})
-    assert 0.0 <= place.min() < 0.02
-    assert 0.98 < place.max() <= 1.0
-    assert abs(np.corrcoef(place, np.log(drawn["tabor"]))[0, 1]) < 0.2
+    (column,) = places(drawn, {"modulus_ratio": (0.01, 1.0)})
+    assert 0.0 <= column.min() < 0.02
+    assert 0.98 < column.max() <= 1.0
+    assert abs(np.corrcoef(column, np.log(drawn["tabor"]))[0, 1]) < 0.2
     assert Design(name, modulus_ratio=(0.1, 0.1)) == Design(name, modulus_ratio=0.1)
 
 
 @pytest.mark.parametrize(
-    ("read", "text", "found"),
+    ("read", "text", "expected"),
     [
         (parse_ratio, "0.1", 0.1),
         (parse_ratio, "0.01:1", (0.01, 1.0)),
@@ -94,12 +94,12 @@ def test_modulus_ratios_are_drawn_with_the_protocols(name):
         *((parse_ranges, [f"tabor{end}"], "range must read NAME=LOW:HIGH") for end in ("", "=", "=a:b", "=1:2:3")),
     ],
 )
-def test_what_is_typed_is_read_or_refused(read, text, found):
-    if isinstance(found, str):
-        with pytest.raises(ValueError, match=found):
+def test_what_is_typed_is_read_or_refused(read, text, expected):
+    if isinstance(expected, str):
+        with pytest.raises(ValueError, match=expected):
             read(text)
     else:
-        assert read(text) == found
+        assert read(text) == expected
 
 
 @given(st.integers(6, 5000))
@@ -127,8 +127,8 @@ def test_phases_are_sampled_uniformly_and_meet_their_ends():
 )
 def test_grid_agrees_with_the_protocol(tabor, peak, load, dwell, unload):
     cycle = {"peak_indentation": peak, "loading_rate": 10.0**load, "dwell_time": dwell, "unloading_rate": 10.0**unload}
-    protocol, other = LoadingProtocol(**cycle), {"tabor": [tabor, tabor], "unloading_rate": [10.0**unload, 1.0]}
-    times, indentations = measurement_grid(**cycle | other)
+    protocol, second_axis = LoadingProtocol(**cycle), {"tabor": [tabor, tabor], "unloading_rate": [10.0**unload, 1.0]}
+    times, indentations = measurement_grid(**cycle | second_axis)
     assert times.shape == indentations.shape == (2, 120)
     assert np.all(np.diff(times, axis=1) > 0.0)
     np.testing.assert_allclose(indentations[0], protocol.history(tabor).indentation_at(times[0]), atol=1e-9 * peak)
@@ -170,11 +170,13 @@ def test_fewer_of_them_are_closest_at_the_pull_off_and_find_a_narrow_peak_that_u
     grids = measurement_grid(**PROTOCOLS, counts=FMS)[0], physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0]
     for row in range(2):
         values = {name: float(values[row]) for name, values in PROTOCOLS.items()}
-        found = simulate(Scene(values.pop("tabor"), StandardLinearSolid(RATIOS[row])), LoadingProtocol(**values))
+        trajectory = simulate(Scene(values.pop("tabor"), StandardLinearSolid(RATIOS[row])), LoadingProtocol(**values))
         times = grids[1][row]
-        width = np.diff(times)[np.searchsorted(times, found.pull_off_time) - 1]
-        assert width < 0.05 * (found.pull_off_time - times[sum(PHYSICAL[:2]) - 1 + 16])
-    highest = [found.at(np.minimum(grid[1], found.time[-1])).max() / found.pull_off_force for grid in grids]
+        width = np.diff(times)[np.searchsorted(times, trajectory.pull_off_time) - 1]
+        assert width < 0.05 * (trajectory.pull_off_time - times[sum(PHYSICAL[:2]) - 1 + 16])
+    highest = [
+        trajectory.at(np.minimum(grid[1], trajectory.time[-1])).max() / trajectory.pull_off_force for grid in grids
+    ]
     assert highest[0] < 0.8
     assert highest[1] > 0.999
 
@@ -208,9 +210,9 @@ def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
     times, indentations = dataset.grid()
     np.testing.assert_array_equal((times, indentations), physical_grid(**drawn))
     row = int(np.argmin(dataset.modulus_ratios))
-    rest = {name: float(values[row]) for name, values in dataset.protocols.items()}
-    scene = Scene(rest.pop("tabor"), StandardLinearSolid(float(drawn["modulus_ratio"][row])))
-    again = simulate(scene, LoadingProtocol(**rest), "draft")
+    quantities = {name: float(values[row]) for name, values in dataset.protocols.items()}
+    scene = Scene(quantities.pop("tabor"), StandardLinearSolid(float(drawn["modulus_ratio"][row])))
+    again = simulate(scene, LoadingProtocol(**quantities), "draft")
     np.testing.assert_allclose(dataset.force[row], again.at(times[row]), rtol=1e-5, atol=1e-5)
 
 

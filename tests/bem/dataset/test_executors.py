@@ -34,9 +34,9 @@ def test_batches_hold_every_trajectory_once_and_shrink(count, workers):
     for batch in batches:
         assert [case for _, case in batch] == plan.cases_of(np.array([index for index, _ in batch]))
     sizes = np.array([len(batch) for batch in batches])
-    rest = count - np.cumsum(sizes) + sizes
+    remaining = count - np.cumsum(sizes) + sizes
     least = max(count / (BATCHES_PER_WORKER * workers), 1.0)
-    assert np.all(sizes <= np.minimum(np.maximum(rest / (SHARE_OF_REST * workers), least), LARGEST_BATCH))
+    assert np.all(sizes <= np.minimum(np.maximum(remaining / (SHARE_OF_REST * workers), least), LARGEST_BATCH))
     assert np.all(sizes[:-1] >= sizes[1:])
 
 
@@ -46,11 +46,11 @@ def test_a_batch_that_takes_long_is_returned_in_pieces(workers, largest, plan, m
     clock = itertools.count()
     monkeypatch.setattr("time.perf_counter", lambda: 0.3 * next(clock))
     monkeypatch.setattr(Here, "workers", workers)
-    whole = tuple(enumerate(plan.cases_of(plan.indices)))
-    monkeypatch.setattr(Campaign, "batches", lambda *_: deque([whole]))
+    batch = tuple(enumerate(plan.cases_of(plan.indices)))
+    monkeypatch.setattr(Campaign, "batches", lambda *_: deque([batch]))
     arrivals = list(results(plan, plan.indices, Here(), stand_in.solve))
-    assert [record["index"] for one in arrivals for record in one.records] == list(range(120))
-    assert {len(one.records) for one in arrivals[:-1]} == {largest}
+    assert [record["index"] for arrival in arrivals for record in arrival.records] == list(range(120))
+    assert {len(arrival.records) for arrival in arrivals[:-1]} == {largest}
 
 
 class Mortal(executors.Executor):
@@ -175,9 +175,9 @@ def test_a_cluster_gives_the_same_numbers_with_a_worker_killed_and_may_be_lost(
         summary = run_campaign(plan, out, **how, progress=progress)
         assert (killed, summary.count, summary.failures) == ([None], 120, Counter())
         assert_same_numbers(out, undisturbed)
-        with pytest.raises(CampaignError) as found:
+        with pytest.raises(CampaignError) as error:
             run_campaign(plan, lost, **how, progress=lambda done, _: cluster.close() if done else None)
-    assert str(found.value) == (
+    assert str(error.value) == (
         f"lost the Dask scheduler at {how['cluster']!r}; what is saved is kept, and the same command continues"
     )
     assert parts(lost)

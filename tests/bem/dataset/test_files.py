@@ -103,13 +103,13 @@ def attribute(name, *value):
 def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturbed, tmp_path):
     path = altered(undisturbed, tmp_path, change)
     expected = rf"expected a complete data set; received '.*altered.h5', .*{message}"
-    with pytest.raises(DamagedFileError, match=expected) as found:
+    with pytest.raises(DamagedFileError, match=expected) as error:
         load_dataset(path, native=True)
-    assert "\n" not in str(found.value)
-    assert len(str(found.value)) < 1000
-    with ThreadPoolExecutor(1) as other:
-        assert other.submit(phil.acquire, False).result()  # else a thread that frees an HDF5 object waits for ever
-        other.submit(phil.release).result()
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 1000
+    with ThreadPoolExecutor(1) as thread:
+        assert thread.submit(phil.acquire, False).result()  # else a thread that frees an HDF5 object waits for ever
+        thread.submit(phil.release).result()
 
 
 def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
@@ -140,37 +140,37 @@ def test_merging_keeps_where_the_shards_come_from(tmp_path):
             file.attrs["host"] = host
     shards = [load_dataset(path).attributes for path in paths]
     merge(paths, tmp_path / "data.h5", command="bem merge")
-    found = load_dataset(tmp_path / "data.h5").attributes
-    assert (found["host"], found["versions"]) == (hosts, shards[0]["versions"])
-    assert (found["workers"], found["command"]) == (2, "bem merge")
-    assert found["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
-    assert found["wall_seconds"] == max(shard["wall_seconds"] for shard in shards)  # they ran side by side
+    attributes = load_dataset(tmp_path / "data.h5").attributes
+    assert (attributes["host"], attributes["versions"]) == (hosts, shards[0]["versions"])
+    assert (attributes["workers"], attributes["command"]) == (2, "bem merge")
+    assert attributes["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
+    assert attributes["wall_seconds"] == max(shard["wall_seconds"] for shard in shards)  # they ran side by side
 
 
 def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):
-    with pytest.raises(CampaignError) as found:
+    with pytest.raises(CampaignError) as error:
         merge([undisturbed], tmp_path / "absent" / "data.h5")
-    assert "No such file or directory" in str(found.value)
-    assert "continues" not in str(found.value)
+    assert "No such file or directory" in str(error.value)
+    assert "continues" not in str(error.value)
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
 def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
-    path, content, rng = tmp_path / "damaged.h5", undisturbed.read_bytes(), random.Random(count)
+    path, data, rng = tmp_path / "damaged.h5", undisturbed.read_bytes(), random.Random(count)
     for _ in range(count):
-        path.write_bytes(damaged(content, rng))
-        if path.read_bytes() == content:
+        path.write_bytes(damaged(data, rng))
+        if path.read_bytes() == data:
             continue
-        with pytest.raises(ValueError, match="expected a data set") as found:
+        with pytest.raises(ValueError, match="expected a data set") as error:
             load_dataset(path)
-        assert "\n" not in str(found.value)
-        assert len(str(found.value)) < 1000
+        assert "\n" not in str(error.value)
+        assert len(str(error.value)) < 1000
 
 
 def test_a_right_sum_does_not_make_hdf5_of_other_bytes(undisturbed, tmp_path):
-    content = bytearray(undisturbed.read_bytes())
-    content[BLOCK + 8 : BLOCK + 64] = bytes(56)
-    (tmp_path / "forged.h5").write_bytes(content)
+    data = bytearray(undisturbed.read_bytes())
+    data[BLOCK + 8 : BLOCK + 64] = bytes(56)
+    (tmp_path / "forged.h5").write_bytes(data)
     with (tmp_path / "forged.h5").open("r+b") as file:
         seal(file)
     with pytest.raises(DamagedFileError, match="truncated or damaged"):
@@ -178,15 +178,15 @@ def test_a_right_sum_does_not_make_hdf5_of_other_bytes(undisturbed, tmp_path):
 
 
 def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undisturbed, tmp_path):
-    content = undisturbed.read_bytes()
-    title, digest, rest = content[:BLOCK].split(b"\n", 2)
+    data = undisturbed.read_bytes()
+    title, digest, remaining = data[:BLOCK].split(b"\n", 2)
     assert title == b"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512"
-    assert digest.decode() == hashlib.sha256(content[BLOCK:]).hexdigest()
-    assert not rest.strip(b"\0")
+    assert digest.decode() == hashlib.sha256(data[BLOCK:]).hexdigest()
+    assert not remaining.strip(b"\0")
     with h5py.File(undisturbed) as file:
         assert (file.userblock_size, file.attrs[SEALED]) == (BLOCK, 1)
     path = tmp_path / "data.h5"
-    path.write_bytes(content[BLOCK:])
+    path.write_bytes(data[BLOCK:])
     with h5py.File(path) as file:
         assert len(file["index"]) == 120
     for read in (load_dataset, TrajectoryDataset.load):
@@ -205,7 +205,7 @@ def virtual(file, folder):
 
 
 @pytest.mark.parametrize(
-    ("harm", "words"),
+    ("harm", "reason"),
     [
         (lambda file, at: file.create_dataset(NAME, (120,), "f8", external=[(f"{at}/secret.txt", 0, 960)]), KEPT),
         (virtual, KEPT),
@@ -213,15 +213,15 @@ def virtual(file, folder):
         (lambda file, _: file.__setitem__(NAME, h5py.SoftLink("/scalars/hysteresis")), LINK),
     ],
 )
-def test_a_file_that_leads_elsewhere_is_refused(harm, words, undisturbed, tmp_path):
+def test_a_file_that_leads_elsewhere_is_refused(harm, reason, undisturbed, tmp_path):
     (tmp_path / "secret.txt").write_bytes(bytes(range(256)) * 4)
-    with h5py.File(tmp_path / "other.h5", "w") as other:
-        other["end_force"] = np.zeros(120)
+    with h5py.File(tmp_path / "other.h5", "w") as foreign:
+        foreign["end_force"] = np.zeros(120)
     path = shutil.copy(undisturbed, tmp_path / "altered.h5")
     with editing(path) as file:
         del file[NAME]
         harm(file, tmp_path)
-    with pytest.raises(DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {words}\)"):
+    with pytest.raises(DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \(/{NAME} {reason}\)"):
         load_dataset(path)
     with open_dataset(path):
         pass

@@ -70,14 +70,14 @@ def test_other_options_are_refused_on_what_was_interrupted_unless_they_change_no
 
 def test_damaged_parts_are_told_and_computed_again(plan, undisturbed, out, tmp_path):
     path = helpers.interrupted(plan, out, 70)
-    about, first, _, third, *rest, _ = path.read_bytes().split(MARK)
+    about, first, _, third, *later, _ = path.read_bytes().split(MARK)
     changed = bytearray(third)
     changed[len(changed) // 2] ^= 1
     # The last one is whole, but of another campaign.
     helpers.begun(Campaign(count=40, seed=1), tmp_path / "other.h5")
-    other = helpers.parts(tmp_path / "other.h5")[0]
+    foreign = helpers.parts(tmp_path / "other.h5")[0]
     cut = helpers.parts(tmp_path / "other.h5")[1][:1000]  # as if its process had been killed
-    path.write_bytes(MARK.join([about, first[:-100], b"", bytes(changed), *rest, other, cut]))
+    path.write_bytes(MARK.join([about, first[:-100], b"", bytes(changed), *later, foreign, cut]))
     result = helpers.command(*WORDS, "--out", out, solver=stand_in.solve)
     assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout.startswith("4 damaged parts of an earlier run were computed again\n")
@@ -105,9 +105,9 @@ def test_failed_trajectories_are_computed_again_when_asked(mending):
         run(retry_failed=True, progress=helpers.stop_after(200 - deep))
     assert run().computed == 0  # and leaves what the retry saved
     # A target deleted while running is written all the same.
-    found = run(retry_failed=True, progress=lambda *_: out.unlink(missing_ok=True))
-    assert 0 < found.computed < deep
-    assert (found.count, found.failures) == (200, Counter())
+    summary = run(retry_failed=True, progress=lambda *_: out.unlink(missing_ok=True))
+    assert 0 < summary.computed < deep
+    assert (summary.count, summary.failures) == (200, Counter())
     after = load_dataset(out)
     np.testing.assert_array_equal(after.force[before.completed], before.force[before.completed])
     assert min(after.attributes[name] for name in ("core_seconds", "wall_seconds")) > 1e6  # all of its calls
@@ -120,30 +120,30 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(plan, tmp_path):
         if done > 60:
             shutil.rmtree(tmp_path / "there")
 
-    with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
+    with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as error:
         run_campaign(plan, tmp_path / "there" / "data.h5", solver=stand_in.solve, progress=delete)
-    assert "\n" not in str(found.value)
+    assert "\n" not in str(error.value)
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("whole", [0, 3])
-def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(whole, plan, undisturbed, out):
+@pytest.mark.parametrize("entries", [0, 3])
+def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(entries, plan, undisturbed, out):
     """In the middle of the first part or of the fourth one; what was cut short is not taken for damage."""
     journal = helpers.interrupted(plan, out, 100).read_bytes().split(MARK)
     helpers.journals(out)[0].unlink()
     former = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (len(MARK.join(journal[: whole + 1])) + 1000, former[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(MARK.join(journal[: entries + 1])) + 1000, former[1]))
     try:
         result = helpers.command(*WORDS, "--out", out, solver=stand_in.solve)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, former)
     assert (result.exit_code, result.stderr.count("\n")) == (1, 1)
     assert "(File too large); what was saved before is kept, and the same command continues" in result.stderr
-    assert len(helpers.parts(out)) == whole
+    assert len(helpers.parts(out)) == entries
     assert list(out.parent.iterdir()) == helpers.journals(out)
     helpers.interrupted(plan, out)  # also once more was written after it
-    found = run_campaign(plan, out, solver=stand_in.solve)
-    assert (0 < found.computed < 120, found.damaged) == (True, 0)
+    summary = run_campaign(plan, out, solver=stand_in.solve)
+    assert (0 < summary.computed < 120, summary.damaged) == (True, 0)
     helpers.assert_same_numbers(out, undisturbed)
 
 

@@ -33,11 +33,11 @@ def judged(path, **more):
 
 def test_a_sample_is_computed_again(undisturbed):
     seen = []
-    found = verify(undisturbed, sample=10, seed=0, solver=stand_in.solve, progress=lambda *counts: seen.append(counts))
-    assert found.agrees
-    assert (len(found.indices), found.identical.sum(), found.allowed) == (10, 10, ALLOWED)
-    assert set(found.indices.tolist()) <= set(range(120))
-    assert {name: values.max() for name, values in found.differences.items()} == dict.fromkeys(JUDGED, 0.0)
+    check = verify(undisturbed, sample=10, seed=0, solver=stand_in.solve, progress=lambda *counts: seen.append(counts))
+    assert check.agrees
+    assert (len(check.indices), check.identical.sum(), check.allowed) == (10, 10, ALLOWED)
+    assert set(check.indices.tolist()) <= set(range(120))
+    assert {name: values.max() for name, values in check.differences.items()} == dict.fromkeys(JUDGED, 0.0)
     assert (seen[0], seen[-1]) == ((0, 0, 10), (10, 0, 10))
     assert len(judged(undisturbed).indices) == 120
 
@@ -49,9 +49,9 @@ def test_the_accuracy_that_the_file_states_decides(undisturbed, tmp_path):
         file["fms/force"][16, 60] += 1e-3 * np.ptp(file["fms/force"][16])
         file["fms/force"][17, 60] += 0.1 * np.ptp(file["fms/force"][17])
 
-    found = judged(altered(undisturbed, tmp_path, spoil))
-    assert (found.disagreeing.tolist(), found.identical.sum(), found.allowed) == ([17], 118, 3.4e-2)
-    assert found.differences["force history, mean"].max() < ALLOWED < found.differences["force history, any step"].max()
+    check = judged(altered(undisturbed, tmp_path, spoil))
+    assert (check.disagreeing.tolist(), check.identical.sum(), check.allowed) == ([17], 118, 3.4e-2)
+    assert check.differences["force history, mean"].max() < ALLOWED < check.differences["force history, any step"].max()
 
 
 def test_results_and_histories_are_judged_relative_to_themselves(first):
@@ -71,9 +71,9 @@ def test_a_jump_may_fall_on_either_side_of_a_step(first):
     drop = 0.3 * np.ptp(record["fms/force"])
     early[50:] -= drop
     late[51:] -= drop
-    found = differences(record | {"fms/force": late}, record | {"fms/force": early}, path)
-    assert found["force history, any step"] < ALLOWED
-    assert 0.0 < found["force history, mean"] < ALLOWED
+    errors = differences(record | {"fms/force": late}, record | {"fms/force": early}, path)
+    assert errors["force history, any step"] < ALLOWED
+    assert 0.0 < errors["force history, mean"] < ALLOWED
 
 
 def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(first):
@@ -83,19 +83,19 @@ def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(first):
 
 
 def test_what_completed_only_once_does_not_agree(undisturbed):
-    found = verify(undisturbed, sample=120, solver=stand_in.sometimes_fails)
+    check = verify(undisturbed, sample=120, solver=stand_in.sometimes_fails)
     tabor = load_dataset(undisturbed).protocols["tabor"]
     failing = np.flatnonzero((tabor > 3.0) | (tabor < 0.25))
-    assert found.disagreeing.tolist() == failing.tolist()
-    assert np.isinf(found.differences["hysteresis"]).sum() == len(failing)
+    assert check.disagreeing.tolist() == failing.tolist()
+    assert np.isinf(check.differences["hysteresis"]).sum() == len(failing)
 
 
 def test_agreement_is_of_results_and_identity_of_every_column(first):
     record, path = first
     assert len(record["jumps/time"]) == 1
     for name in record.keys() - {"index", "status"}:
-        for other in ["because"] if name == "reason" else [record[name] + 1e6, 0 * record[name]]:
-            changed = record | {name: other}
+        for replacement in ["because"] if name == "reason" else [record[name] + 1e6, 0 * record[name]]:
+            changed = record | {name: replacement}
             assert identical(changed, record) == (name == "scalars/solver_seconds")
             agrees = max(differences(changed, record, path).values()) < ALLOWED
             assert agrees == (name not in ("fms/force", "scalars/pull_off_force", "scalars/hysteresis"))

@@ -52,11 +52,11 @@ def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
 def test_a_series_is_found_again_from_its_moduli():
     true = PronySeries.from_moduli([2.0, 4.0, 1.0], [1e-3, 1e-1, 1e1])
     omega = np.geomspace(1e-3, 1e5, 80)
-    found = fit_prony(omega, storage_modulus(true, omega, 2e6), loss_modulus(true, omega, 2e6), terms=40)
-    assert found.relaxed_modulus == pytest.approx(2e6, rel=0.01)
-    assert found.relative_error < 0.05
+    fitted = fit_prony(omega, storage_modulus(true, omega, 2e6), loss_modulus(true, omega, 2e6), terms=40)
+    assert fitted.relaxed_modulus == pytest.approx(2e6, rel=0.01)
+    assert fitted.relative_error < 0.05
     np.testing.assert_allclose(
-        storage_modulus(found.material, omega, found.relaxed_modulus), storage_modulus(true, omega, 2e6), rtol=0.05
+        storage_modulus(fitted.material, omega, fitted.relaxed_modulus), storage_modulus(true, omega, 2e6), rtol=0.05
     )
 
 

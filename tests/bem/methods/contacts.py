@@ -26,9 +26,9 @@ def spacing_for(grid: Grid, tabor: float, *, edge: float, direction: float = 1.0
     """Spacing wanted for an edge, without an earlier solution, and the window in which the edge may travel."""
     width = edge_width(edge, tabor)
     window = edge_window(edge, direction, width)
-    wanted = spacing_at_edge(grid, controls, edge, width, window)
-    grade(wanted, grid.places, controls.growth - 1.0)
-    return wanted, window
+    spacings = spacing_at_edge(grid, controls, edge, width, window)
+    grade(spacings, grid.places, controls.growth - 1.0)
+    return spacings, window
 
 
 def mesh_for(
@@ -38,8 +38,8 @@ def mesh_for(
     grid = master_grid(tabor, peak, CONTROLS)
     if lines:
         grid = grid._replace(unit_influence=unit_influence(grid.size), smooth=False)
-    wanted, window = spacing_for(grid, tabor, edge=edge)
-    nodes = pick_nodes(wanted, grid.places)
+    spacings, window = spacing_for(grid, tabor, edge=edge)
+    nodes = pick_nodes(spacings, grid.places)
     return grid, condense(grid, tabor, nodes, window, remembers)
 
 

@@ -44,19 +44,19 @@ def cases() -> dict[str, tuple[Scene, Any, str]]:
 
 def computed() -> dict[str, dict[str, float]]:
     """The guarded quantities of each case, computed by the present solver."""
-    found = {}
+    quantities = {}
     for name, (scene, protocol, accuracy) in cases().items():
         trajectory = bem.simulate(scene, protocol, accuracy)
-        found[name] = {quantity: getattr(trajectory, quantity) for quantity in QUANTITIES}
-        found[name]["work"] = trajectory.work()
-    return found
+        quantities[name] = {quantity: getattr(trajectory, quantity) for quantity in QUANTITIES}
+        quantities[name]["work"] = trajectory.work()
+    return quantities
 
 
 def main() -> None:
     """Write the quantities of the present solver."""
-    with whole_file(GOLDEN) as part:
-        content = {"solver_version": SOLVER_VERSION, "trajectories": computed()}
-        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    with whole_file(GOLDEN) as temporary:
+        golden = {"solver_version": SOLVER_VERSION, "trajectories": computed()}
+        temporary.write_text(json.dumps(golden, indent=1) + "\n", encoding="utf-8")
     print(f"{GOLDEN.name}: {len(cases())} trajectories of solver version {SOLVER_VERSION}")
 
 

@@ -9,8 +9,8 @@ from tests.validation.cases import drawn_from_the_papers_box, ramps
 
 
 def cases():
-    found = drawn_from_the_papers_box(6)
-    return [*found, (Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), found[0][1])]
+    drawn = drawn_from_the_papers_box(6)
+    return [*drawn, (Scene(1.0, PronySeries([0.3, 0.4], [0.2, 2.0])), drawn[0][1])]
 
 
 def force(case):
@@ -19,9 +19,9 @@ def force(case):
 
 
 def same(first, second):
-    for one, other in zip(first, second, strict=True):
-        np.testing.assert_array_equal(one[0], other[0])
-        np.testing.assert_array_equal(one[1], other[1])
+    for mine, theirs in zip(first, second, strict=True):
+        np.testing.assert_array_equal(mine[0], theirs[0])
+        np.testing.assert_array_equal(mine[1], theirs[1])
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ def test_results_move_only_with_the_version():
     kept = json.loads(GOLDEN.read_text(encoding="utf-8"))
     advice = "raise SOLVER_VERSION and run `make golden-trajectories`, or mend the change"
     assert kept["solver_version"] == SOLVER_VERSION, advice
-    found = computed()
-    assert found.keys() == kept["trajectories"].keys(), advice
+    trajectories = computed()
+    assert trajectories.keys() == kept["trajectories"].keys(), advice
     for name, quantities in kept["trajectories"].items():
-        assert found[name] == pytest.approx(quantities, rel=ANOTHER_PROCESSOR, abs=1e-6), f"{name}: {advice}"
+        assert trajectories[name] == pytest.approx(quantities, rel=ANOTHER_PROCESSOR, abs=1e-6), f"{name}: {advice}"

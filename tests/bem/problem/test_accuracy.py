@@ -15,8 +15,8 @@ def test_a_name_is_a_target():
 def test_a_tighter_target_never_loosens_anything():
     controls = [resolve_accuracy(target).controls() for target in np.geomspace(LOOSEST, TIGHTEST, 30)]
     for name in (*SHRINKING, "longest_step"):
-        assert np.all(np.diff([getattr(each, name) for each in controls]) <= 0.0), name
-    assert np.all(np.diff([each.far_gap for each in controls]) >= 0.0)
+        assert np.all(np.diff([getattr(settings, name) for settings in controls]) <= 0.0), name
+    assert np.all(np.diff([settings.far_gap for settings in controls]) >= 0.0)
     for name in ("edge_spacing", "prediction", "residual"):
         assert getattr(controls[-1], name) < 0.12 * getattr(controls[0], name)
 

@@ -68,7 +68,7 @@ def test_a_shape_is_written_and_read_and_none_is_not_written():
 @pytest.mark.parametrize("word", ["cone", "paraboloid", "power:3"])
 def test_a_shape_is_named_on_the_command_line(word):
     cycle = ["--tabor", "1", "--peak-indentation", "2", "--loading-rate", "5", "--unloading-rate", "5"]
-    found = succeeded(app, ["simulate", *cycle, "--indenter", word, "--json"])
-    assert json.loads(found.stdout)["status"] == "completed"
+    result = succeeded(app, ["simulate", *cycle, "--indenter", word, "--json"])
+    assert json.loads(result.stdout)["status"] == "completed"
     refused = CliRunner().invoke(app, ["simulate", *cycle, "--indenter", "pyramid"])
     assert "indenter must be paraboloid, cone, or power:N" in str(refused.exception)

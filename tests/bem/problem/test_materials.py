@@ -39,8 +39,8 @@ def test_interconversion_satisfies_the_laplace_identity(spectrum, log_s):
 def test_spectra_over_twelve_decades_keep_their_digits(count):
     generator = np.random.default_rng(count)
     moduli, times = 10.0 ** generator.uniform(-1.0, 1.0, count), np.logspace(-6.0, 6.0, count)
-    found, roots = relaxation_spectrum(PronySeries.from_moduli(moduli, times))
-    np.testing.assert_allclose(found, moduli, rtol=1e-9)
+    weights, roots = relaxation_spectrum(PronySeries.from_moduli(moduli, times))
+    np.testing.assert_allclose(weights, moduli, rtol=1e-9)
     np.testing.assert_allclose(roots, times, rtol=1e-11)
 
 

@@ -24,25 +24,25 @@ CASES = [
 
 @pytest.mark.parametrize(("scene", "named", "material"), CASES)
 def test_it_is_left_out_and_said_and_hardly_moves_the_force(scene, named, material, monkeypatch):
-    found, glassy = simulate(scene, PATH), {"initial_state": "glassy"} if named.startswith("slow") else {}
+    trajectory, glassy = simulate(scene, PATH), {"initial_state": "glassy"} if named.startswith("slow") else {}
     if glassy:  # the attraction at the start has deformed the slow solid
-        assert found.stats.left_out == ()
-        found = simulate(scene, PATH, **glassy)
-    assert found.stats.left_out == (named,)
-    assert 0.0 < found.stats.left_out_error < 0.1 * found.accuracy
-    assert found.stats.memory_vectors == material.strengths.size
-    asked = []
+        assert trajectory.stats.left_out == ()
+        trajectory = simulate(scene, PATH, **glassy)
+    assert trajectory.stats.left_out == (named,)
+    assert 0.0 < trajectory.stats.left_out_error < 0.1 * trajectory.accuracy
+    assert trajectory.stats.memory_vectors == material.strengths.size
+    scenes = []
     monkeypatch.setattr(
-        simulation, "simplified_scene", lambda scene, *_: asked.append(scene) or SimplifiedScene(scene, (), 0.0)
+        simulation, "simplified_scene", lambda scene, *_: scenes.append(scene) or SimplifiedScene(scene, (), 0.0)
     )
     full = simulate(scene, PATH, 1e-3, **glassy)
-    assert asked == [scene]
+    assert scenes == [scene]
     assert full.stats.left_out == ()
-    assert found.pull_off_force == pytest.approx(full.pull_off_force, rel=found.accuracy)
-    assert found.hysteresis == pytest.approx(full.hysteresis, rel=2.0 * found.hysteresis_accuracy)
-    assert found.contact_radius.max() == pytest.approx(full.contact_radius.max(), rel=0.01)
-    assert found.spring == scene.spring
-    np.testing.assert_allclose(found.stage, PATH.history(1.0).indentation_at(found.time), atol=1e-12)
+    assert trajectory.pull_off_force == pytest.approx(full.pull_off_force, rel=trajectory.accuracy)
+    assert trajectory.hysteresis == pytest.approx(full.hysteresis, rel=2.0 * trajectory.hysteresis_accuracy)
+    assert trajectory.contact_radius.max() == pytest.approx(full.contact_radius.max(), rel=0.01)
+    assert trajectory.spring == scene.spring
+    np.testing.assert_allclose(trajectory.stage, PATH.history(1.0).indentation_at(trajectory.time), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -73,21 +73,21 @@ def test_all_bounds_together_stay_below_a_tenth():
     count = 20
     material = PronySeries(np.full(count, 4e-5), np.geomspace(0.1, 10.0, count))
     path = PiecewiseLinearProtocol([0.0, 1.0], [-3.0, 1.0])
-    found = simplified_scene(Scene(1.0, material), path, 4e-3)
-    assert 1 < len(found.left_out) < count
-    assert found.error < 4e-4
-    assert found.scene.material.strengths.size == count - len(found.left_out)
+    simplified = simplified_scene(Scene(1.0, material), path, 4e-3)
+    assert 1 < len(simplified.left_out) < count
+    assert simplified.error < 4e-4
+    assert simplified.scene.material.strengths.size == count - len(simplified.left_out)
 
 
 def test_a_mesh_of_ones_own_keeps_everything():
-    found = simulate(CASES[0][0], PATH, "draft", mesh=np.linspace(0.0, 9.0, 90))
-    assert found.stats.left_out == ()
-    assert found.stats.memory_vectors == 1
+    trajectory = simulate(CASES[0][0], PATH, "draft", mesh=np.linspace(0.0, 9.0, 90))
+    assert trajectory.stats.left_out == ()
+    assert trajectory.stats.memory_vectors == 1
 
 
 @pytest.mark.parametrize(("scene", "material"), [(CASES[1][0], CASES[1][2]), (CASES[4][0], CASES[4][2])])
 def test_a_recommendation_takes_the_same_bounds(scene, material):
-    found = recommend(scene, PATH, 1e-3, best="fewest")
-    assert found.found_by == "estimate"
-    assert found.scene.spring is None
-    assert found.scene.material.strengths.tolist() == pytest.approx(material.strengths.tolist())
+    recommendation = recommend(scene, PATH, 1e-3, best="fewest")
+    assert recommendation.found_by == "estimate"
+    assert recommendation.scene.spring is None
+    assert recommendation.scene.material.strengths.tolist() == pytest.approx(material.strengths.tolist())

@@ -69,16 +69,16 @@ def test_histories_of_the_hard_cases_are_well_formed(tabor, travel, load, dwell,
     assert history.duration == pytest.approx(protocol.phase_times(tabor)[3])
 
 
-@pytest.mark.parametrize("kind", [PiecewiseLinearProtocol, ForceProtocol])
-def test_any_history_is_a_value(kind):
-    sign = 1 if kind is PiecewiseLinearProtocol else -1  # compression is loading
-    protocol = kind([0.0, 1.0, 2.0, 4.0], [0.0, sign * 5.0, sign * 5.0, 1.0])
+@pytest.mark.parametrize("make", [PiecewiseLinearProtocol, ForceProtocol])
+def test_any_history_is_a_value(make):
+    sign = 1 if make is PiecewiseLinearProtocol else -1  # compression is loading
+    protocol = make([0.0, 1.0, 2.0, 4.0], [0.0, sign * 5.0, sign * 5.0, 1.0])
     assert protocol.phases == ("loading", "dwell", "unloading")
     assert protocol.duration == 4.0
-    again = kind((0, 1, 2, 4), (0, sign * 5, sign * 5, 1))
+    again = make((0, 1, 2, 4), (0, sign * 5, sign * 5, 1))
     assert protocol == again
     assert len({protocol, again}) == 1
-    assert protocol != kind([0.0, 1.0], [0.0, sign * 5.0])
+    assert protocol != make([0.0, 1.0], [0.0, sign * 5.0])
     for values in vars(protocol).values():
         if isinstance(values, np.ndarray):
             with pytest.raises(ValueError, match="read-only"):

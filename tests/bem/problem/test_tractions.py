@@ -58,8 +58,8 @@ def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(g
 def test_the_formulas_of_any_law_are_those_of_lennard_jones_by_default(gap):
     law = law_of(tractions.LennardJones())
     assert law is LENNARD_JONES
-    found = [formula(law, gap) for formula in (traction_at, slope_at, potential_at, tail_force_at, tail_energy_at)]
-    assert found == [formula(gap) for formula in (traction, slope, potential, tail_force, tail_energy)]
+    values = [formula(law, gap) for formula in (traction_at, slope_at, potential_at, tail_force_at, tail_energy_at)]
+    assert values == [formula(gap) for formula in (traction, slope, potential, tail_force, tail_energy)]
 
 
 @pytest.mark.parametrize("adhesion", OTHERS)
@@ -111,12 +111,12 @@ class Morse(TractionLaw):
     repulsion = (STEEPNESS**2 / 8.0, 1.0)
 
     def traction(self, gap):
-        part = np.exp(-STEEPNESS * (gap - 1.0))
-        return 2.0 * STEEPNESS * part * (1.0 - part)
+        decay = np.exp(-STEEPNESS * (gap - 1.0))
+        return 2.0 * STEEPNESS * decay * (1.0 - decay)
 
     def slope(self, gap):
-        part = np.exp(-STEEPNESS * (gap - 1.0))
-        return 2.0 * STEEPNESS**2 * part * (2.0 * part - 1.0)
+        decay = np.exp(-STEEPNESS * (gap - 1.0))
+        return 2.0 * STEEPNESS**2 * decay * (2.0 * decay - 1.0)
 
 
 def morse(**changes):
@@ -144,7 +144,7 @@ def test_a_law_of_ones_own_may_be_part_of_a_scene():
 
 
 @pytest.mark.parametrize(
-    ("law", "words"),
+    ("law", "message"),
     [
         (Silent(), "a traction law must state its repulsion"),
         (WithoutRepulsion(), "a traction law must state its repulsion"),
@@ -158,32 +158,32 @@ def test_a_law_of_ones_own_may_be_part_of_a_scene():
         (morse(peak_gap=1.5), r"peak_gap of a traction law must be the smallest gap of its largest traction, 1\.3"),
         (LATE, "peak_gap of a traction law must be the smallest gap"),
         (
-            morse(**altered("traction", lambda found: np.where(found < 0.1, np.nan, found))),
+            morse(**altered("traction", lambda error: np.where(error < 0.1, np.nan, error))),
             "traction of a traction law must be finite",
         ),
-        (morse(**altered("slope", lambda found: found * np.nan)), "slope of a traction law must be finite"),
+        (morse(**altered("slope", lambda error: error * np.nan)), "slope of a traction law must be finite"),
         (morse(**altered("traction", lambda _: 1.0)), "traction of a traction law must be as many numbers"),
         (morse(**altered("slope", lambda _: None)), "slope of a traction law must be"),
-        (morse(**altered("slope", lambda found: 1.01 * found)), "slope .* must be continuous and the derivative"),
-        (morse(**altered("slope", lambda found: -found)), "slope .* must be continuous and the derivative"),
-        (morse(**altered("traction", lambda found: np.where(found < 0.1, 0.0, found))), "slope .* must be continuous"),
+        (morse(**altered("slope", lambda error: 1.01 * error)), "slope .* must be continuous and the derivative"),
+        (morse(**altered("slope", lambda error: -error)), "slope .* must be continuous and the derivative"),
+        (morse(**altered("traction", lambda error: np.where(error < 0.1, 0.0, error))), "slope .* must be continuous"),
         (morse(breaks=(1.2, *Morse.breaks[1:])), "slope .* must be continuous"),
         (morse(breaks=(1.0, 2.0)), "slope .* must be continuous"),
-        (morse(**altered("traction", lambda found: found + 1e-3)), "traction of a law must end at zero"),
+        (morse(**altered("traction", lambda error: error + 1e-3)), "traction of a law must end at zero"),
         (
             morse(
                 repulsion=(2.0 * Morse.repulsion[0], 1.0),
-                **altered("traction", lambda found: 2.0 * found),
-                **altered("slope", lambda found: 2.0 * found),
+                **altered("traction", lambda error: 2.0 * error),
+                **altered("slope", lambda error: 2.0 * error),
             ),
             "the work of adhesion of a traction law must be 1",
         ),
     ],
 )
-def test_a_wrong_law_is_refused_where_a_scene_takes_it(law, words):
-    with pytest.raises(ValueError, match=f"^{words}.*; received") as found:
+def test_a_wrong_law_is_refused_where_a_scene_takes_it(law, message):
+    with pytest.raises(ValueError, match=f"^{message}.*; received") as error:
         Scene(tabor=1.0, adhesion=law)
-    assert "\n" not in str(found.value)
+    assert "\n" not in str(error.value)
 
 
 def test_a_law_of_ones_own_is_one_class():

@@ -51,11 +51,11 @@ def test_gap_and_traction_obey_the_law_and_the_geometry(trajectory):
 def test_the_displacement_of_an_elastic_contact_is_that_of_its_traction():
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
     profiles = bem.simulate(Scene(1.0, Elastic()), protocol, profiles=[2.5]).profiles
-    known = np.isfinite(profiles.radius[0])
-    radius, stress = profiles.radius[0, known], profiles.traction[0, known]
-    found = -influence_matrix(radius) @ stress
+    finite = np.isfinite(profiles.radius[0])
+    radius, stress = profiles.radius[0, finite], profiles.traction[0, finite]
+    displacement = -influence_matrix(radius) @ stress
     near = radius < 0.5 * radius[-1]
-    np.testing.assert_allclose(found[near], profiles.displacement[0, known][near], atol=0.02)
+    np.testing.assert_allclose(displacement[near], profiles.displacement[0, finite][near], atol=0.02)
 
 
 def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
@@ -146,9 +146,9 @@ def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
 def test_a_filmstrip_in_si_units_is_the_same_picture_in_metres_newtons_and_seconds():
     setup = Setup(radius="50um", work_of_adhesion="50mJ/m2", relaxed_modulus="2MPa")
     protocol = setup.protocol(peak_indentation="1um", loading_rate="2um/s", unloading_rate="2um/s")
-    found = bem.simulate(setup.scene(), protocol, "draft", profiles=12)
-    own, si = draw_filmstrip(found), draw_filmstrip(found, setup)
-    labels = {one.get_xlabel() for one in si.axes} | {one.get_ylabel() for one in si.axes}
+    trajectory = bem.simulate(setup.scene(), protocol, "draft", profiles=12)
+    own, si = draw_filmstrip(trajectory), draw_filmstrip(trajectory, setup)
+    labels = {axes.get_xlabel() for axes in si.axes} | {axes.get_ylabel() for axes in si.axes}
     assert {"radius (µm)", "height (µm)", "force (µN), tension positive", "traction (kPa)"} <= labels
     scales = (
         (1e6 * setup.contact_radius_scale, 1e6 * setup.gap),

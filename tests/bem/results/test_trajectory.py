@@ -61,9 +61,9 @@ THERE_AND_BACK = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0
 )
 def test_the_work_of_a_history_and_its_turnover_without_a_sign(depth, force, jumps, work, turnover):
     time = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]) if jumps else np.arange(len(depth))
-    found = trajectory_of(time, depth, force, **jumps)
-    assert found.work() == pytest.approx(work, abs=1e-12)
-    assert found.turnover() == pytest.approx(turnover)
+    trajectory = trajectory_of(time, depth, force, **jumps)
+    assert trajectory.work() == pytest.approx(work, abs=1e-12)
+    assert trajectory.turnover() == pytest.approx(turnover)
 
 
 def test_the_history_jumps_where_the_contact_does():
@@ -147,11 +147,11 @@ def cycle(tabor, modulus_ratio, rate, adhesion=None, **more):
     ],
 )
 def test_detached_is_what_lost_its_edge_and_its_force(tabor, modulus_ratio, rate, detached):
-    found = cycle(tabor, modulus_ratio, rate)
-    assert found.completed
-    assert found.detached is detached
+    trajectory = cycle(tabor, modulus_ratio, rate)
+    assert trajectory.completed
+    assert trajectory.detached is detached
     if not detached and tabor > 0.1:
-        assert found.end_force > 0.3 * found.pull_off_force
+        assert trajectory.end_force > 0.3 * trajectory.pull_off_force
 
 
 def test_without_adhesion_detached_is_what_carries_no_force():
@@ -176,32 +176,35 @@ def behind_a_spring(spring, **options):
 
 
 def test_the_stage_is_the_indentation_less_the_extension_of_the_spring():
-    found, stage = behind_a_spring(4.0)
-    np.testing.assert_allclose(found.stage, stage, atol=1e-12)
+    trajectory, stage = behind_a_spring(4.0)
+    np.testing.assert_allclose(trajectory.stage, stage, atol=1e-12)
     assert trajectory_of([0.0, 1.0], [0.0, 1.0], [0.0, -2.0]).stage.tolist() == [0.0, 1.0]
 
 
 def test_the_work_behind_a_spring_is_that_of_the_sphere():
-    found, _ = behind_a_spring(4.0)
-    assert found.work() == pytest.approx(0.0, abs=1e-9)
-    half = found.time <= 39.0
-    cut = {name: getattr(found, name)[half] for name in ("time", "indentation", "force", "contact_radius", "unloading")}
-    loading = dataclasses.replace(found, **cut)
+    trajectory, _ = behind_a_spring(4.0)
+    assert trajectory.work() == pytest.approx(0.0, abs=1e-9)
+    half = trajectory.time <= 39.0
+    cut = {
+        name: getattr(trajectory, name)[half]
+        for name in ("time", "indentation", "force", "contact_radius", "unloading")
+    }
+    loading = dataclasses.replace(trajectory, **cut)
     # Work into the contact, P^2 / 4, and not what the spring holds, P^2 / 8.
     assert loading.work() == pytest.approx(loading.force[-1] ** 2 / 4.0, rel=1e-9)
 
 
 def test_a_prescribed_force_is_linear_between_entries():
     plain = trajectory_of([0.0, 1.0, 3.0], [0.0, 1.0, 4.0], [0.0, -2.0, -2.0])
-    found = dataclasses.replace(plain, by_force=True)
-    np.testing.assert_allclose(found.at([0.5, 1.0, 2.0]), [-1.0, -2.0, -2.0])
-    assert found.work() == pytest.approx(1.0 + 6.0)
+    trajectory = dataclasses.replace(plain, by_force=True)
+    np.testing.assert_allclose(trajectory.at([0.5, 1.0, 2.0]), [-1.0, -2.0, -2.0])
+    assert trajectory.work() == pytest.approx(1.0 + 6.0)
 
 
 def test_a_sphere_that_flew_off_is_detached_and_its_history_complete():
     status = "detached: no contact bears the prescribed force (at time 3, indentation 1)"
     plain = trajectory_of([0.0, 1.0, 3.0], [2.0, 2.0, 1.0], [0.0, 0.0, 1.5], status=status, unloading=[0, 1, 1])
-    found = dataclasses.replace(plain, by_force=True)
-    assert found.completed
-    assert found.detached
-    assert found.pull_off_force == 1.5
+    trajectory = dataclasses.replace(plain, by_force=True)
+    assert trajectory.completed
+    assert trajectory.detached
+    assert trajectory.pull_off_force == 1.5

@@ -51,9 +51,9 @@ def first_mesh(interface: Interface, controls: Controls, scheme: Discretisation)
     grid, tabor = scheme.wide if scheme.wide_segments > 0 else scheme.grid, interface.tabor
     width = edge_width(0.0, tabor, interface.exponent)
     window = edge_window(0.0, 1.0, width)
-    target_spacing = spacing_at_edge(grid, controls, 0.0, width, window)
-    grade(target_spacing, grid.places, controls.growth - 1.0)
-    return condense(grid, tabor, pick_nodes(target_spacing, grid.places), window, scheme.remembers)
+    spacings = spacing_at_edge(grid, controls, 0.0, width, window)
+    grade(spacings, grid.places, controls.growth - 1.0)
+    return condense(grid, tabor, pick_nodes(spacings, grid.places), window, scheme.remembers)
 
 
 @kernel
@@ -64,12 +64,12 @@ def _refine_for_tractions(
     places: np.ndarray,
     remembered: Remembered,
     last: int,
-    target_spacing: np.ndarray,
+    spacings: np.ndarray,
 ) -> None:
-    """Reduce `target_spacing` (N,) at `places` (N,) to where the tractions are nearly linear."""
+    """Reduce the `spacings` (N,) at `places` (N,) to where the tractions are nearly linear."""
     mesh, allowed = state.mesh, 8.0 * curvature
-    refine_for_memory(target_spacing, places, remembered.traction, last, allowed * tabor, remembered.response)
-    refine_for_traction(target_spacing, places, mesh.grid.places[mesh.nodes], state.traction, tabor, allowed)
+    refine_for_memory(spacings, places, remembered.traction, last, allowed * tabor, remembered.response)
+    refine_for_traction(spacings, places, mesh.grid.places[mesh.nodes], state.traction, tabor, allowed)
 
 
 @kernel
@@ -93,15 +93,13 @@ def select_mesh(
     width = edge_width(state.edge, tabor, interface.exponent)
     window = edge_window(state.edge, direction, width)
     if moves(grid) and not holds(grid, window, width):
-        target_spacing = np.full(grid.size, np.inf)
-        _refine_for_tractions(
-            tabor, curvature, state, grid.places, remembered, grid.places[grid.size - 1], target_spacing
-        )
-        grid = grid_around(grid, scheme.series, controls, state.edge, width, direction, target_spacing)
+        spacings = np.full(grid.size, np.inf)
+        _refine_for_tractions(tabor, curvature, state, grid.places, remembered, grid.places[grid.size - 1], spacings)
+        grid = grid_around(grid, scheme.series, controls, state.edge, width, direction, spacings)
     on_grid = carried(remembered, old.grid, grid)
-    target_spacing = spacing_at_edge(grid, controls, state.edge, width, window)
-    _refine_for_tractions(tabor, curvature, state, grid.places, on_grid, old.grid.places[last], target_spacing)
-    grade(target_spacing, grid.places, controls.growth - 1.0)
-    if same_grid(grid, old.grid) and not edge_left_window(state) and resolves(old.nodes, grid.places, target_spacing):
+    spacings = spacing_at_edge(grid, controls, state.edge, width, window)
+    _refine_for_tractions(tabor, curvature, state, grid.places, on_grid, old.grid.places[last], spacings)
+    grade(spacings, grid.places, controls.growth - 1.0)
+    if same_grid(grid, old.grid) and not edge_left_window(state) and resolves(old.nodes, grid.places, spacings):
         return old
-    return condense(grid, tabor, pick_nodes(target_spacing, grid.places), window, scheme.remembers)
+    return condense(grid, tabor, pick_nodes(spacings, grid.places), window, scheme.remembers)

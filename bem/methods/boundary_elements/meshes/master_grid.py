@@ -113,12 +113,12 @@ def holds(grid: Grid, window: np.ndarray, width: float) -> bool:
 
 
 @kernel
-def grade(target_spacing: np.ndarray, places: np.ndarray, slope: float) -> None:
-    """Reduce `target_spacing` (N,) at `places` (N,) until it changes by `slope` times a distance at most."""
-    for f in range(1, target_spacing.size):
-        target_spacing[f] = min(target_spacing[f], target_spacing[f - 1] + slope * (places[f] - places[f - 1]))
-    for f in range(target_spacing.size - 2, -1, -1):
-        target_spacing[f] = min(target_spacing[f], target_spacing[f + 1] + slope * (places[f + 1] - places[f]))
+def grade(spacings: np.ndarray, places: np.ndarray, slope: float) -> None:
+    """Reduce the `spacings` (N,) at `places` (N,) until they change by `slope` times a distance at most."""
+    for f in range(1, spacings.size):
+        spacings[f] = min(spacings[f], spacings[f - 1] + slope * (places[f] - places[f - 1]))
+    for f in range(spacings.size - 2, -1, -1):
+        spacings[f] = min(spacings[f], spacings[f + 1] + slope * (places[f + 1] - places[f]))
 
 
 @kernel
@@ -129,7 +129,7 @@ def grid_around(
     edge: float,
     width: float,
     direction: float,
-    target_spacing: np.ndarray,
+    spacings: np.ndarray,
 ) -> Grid:
     """A grid of the same lattice that is fine around an edge, and where the memory needs it.
 
@@ -140,7 +140,7 @@ def grid_around(
         edge: contact edge, in beta.
         width: of the cohesive zone there.
         direction: positive where the edge moves outwards.
-        target_spacing: (N,) spacing that the memory on `old` wants at its places, in lattice spacings.
+        spacings: (N,) spacing that the memory on `old` wants at its places, in lattice spacings.
     """
     spacing, last = old.spacing, old.places[old.size - 1]
     inner = edge - width * (BEHIND + (_RETURN if direction > 0.0 else _TRAVEL))
@@ -149,7 +149,7 @@ def grid_around(
     finest = max(controls.edge_spacing * width / spacing, 1.0)
     slope = _FINER * (controls.growth - 1.0)
     inside = max(_FINER * controls.widest * edge / spacing, 1.0)
-    near = target_spacing.copy()  # graded, so that no interval needs to look further than its own nodes
+    near = spacings.copy()  # graded, so that no interval needs to look further than its own nodes
     grade(near, old.places, slope)
     places = np.empty(256, dtype=np.int64)
     count, x, f = 1, 0, 0

@@ -97,10 +97,10 @@ def spacing_at_edge(grid: Grid, controls: Controls, edge: float, width: float, w
         window: (2,) as of `edge_window`.
     """
     size, spacing, places = grid.size, grid.spacing, grid.places
-    target_spacing = np.empty(size)
+    spacings = np.empty(size)
     for f in range(size):
         inside = places[f] * spacing <= edge
-        target_spacing[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * places[f], 1.0)
+        spacings[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * places[f], 1.0)
     inner, outer = edge - width * BEHIND, edge + width * AHEAD
     if edge < width:
         inner = 0.0
@@ -109,18 +109,18 @@ def spacing_at_edge(grid: Grid, controls: Controls, edge: float, width: float, w
     first, last = max(0, int(inner / spacing)), int(outer / spacing) + 1
     for f in range(size):
         if first <= places[f] <= last:
-            target_spacing[f] = min(target_spacing[f], edge_spacing)
-    return target_spacing
+            spacings[f] = min(spacings[f], edge_spacing)
+    return spacings
 
 
 @kernel
 def refine_for_memory(
-    target_spacing: np.ndarray, places: np.ndarray, remembered: np.ndarray, last: int, allowed: float, response: float
+    spacings: np.ndarray, places: np.ndarray, remembered: np.ndarray, last: int, allowed: float, response: float
 ) -> None:
-    """Reduce `target_spacing` (N,) up to the place `last` to where the `remembered` traction (N,) is nearly linear.
+    """Reduce the `spacings` (N,) up to the place `last` to where the `remembered` traction (N,) is nearly linear.
 
     Args:
-        target_spacing: spacing in lattice spacings, overwritten.
+        spacings: spacing in lattice spacings, overwritten.
         places: (N,) of the nodes, in lattice spacings.
         remembered: (N,), or (0,) where nothing is remembered.
         last: place beyond which the gap is wide.
@@ -128,29 +128,24 @@ def refine_for_memory(
         response: factor of the new traction, which must balance features of the remembered one.
     """
     sharpest = max(response, 0.05)
-    for f in range(1, min(target_spacing.size, remembered.size) - 1):
+    for f in range(1, min(spacings.size, remembered.size) - 1):
         if places[f] > last:
             break
         inner, outer = places[f] - places[f - 1], places[f + 1] - places[f]
         rise = (remembered[f + 1] - remembered[f]) / outer - (remembered[f] - remembered[f - 1]) / inner
         bend = 2.0 * abs(rise) / (inner + outer) / sharpest
         if bend > 0.0:
-            target_spacing[f] = min(target_spacing[f], max(math.sqrt(allowed / bend), 1.0))
+            spacings[f] = min(spacings[f], max(math.sqrt(allowed / bend), 1.0))
 
 
 @kernel
 def refine_for_traction(
-    target_spacing: np.ndarray,
-    places: np.ndarray,
-    points: np.ndarray,
-    traction: np.ndarray,
-    tabor: float,
-    allowed: float,
+    spacings: np.ndarray, places: np.ndarray, points: np.ndarray, traction: np.ndarray, tabor: float, allowed: float
 ) -> None:
-    """Reduce `target_spacing` (N,) at `places` (N,) to where the last `traction` (n,) is nearly linear.
+    """Reduce the `spacings` (N,) at `places` (N,) to where the last `traction` (n,) is nearly linear.
 
     Args:
-        target_spacing: spacing in lattice spacings, overwritten.
+        spacings: spacing in lattice spacings, overwritten.
         places: (N,) of the nodes.
         points: (n,) places of the traction.
         traction: (n,) there.
@@ -168,23 +163,23 @@ def refine_for_traction(
                 first += 1
             f = first
             while f < places.size and places[f] <= (b + c) // 2:
-                target_spacing[f] = min(target_spacing[f], step)
+                spacings[f] = min(spacings[f], step)
                 f += 1
 
 
 @kernel
-def pick_nodes(target_spacing: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The fewest master nodes, from first to last, whose spacing is nowhere above `target_spacing`; (n,) int64."""
-    last = target_spacing.size - 1
+def pick_nodes(spacings: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The fewest master nodes, from first to last, whose spacing is nowhere above the `spacings`; (n,) int64."""
+    last = spacings.size - 1
     nodes = np.empty(last + 1, dtype=np.int64)
     count, f = 0, 0
     while f < last:
         nodes[count] = f
         count += 1
         g = f + 1
-        while g < last and places[g + 1] - places[f] <= target_spacing[f]:
+        while g < last and places[g + 1] - places[f] <= spacings[f]:
             g += 1
-        while g > f + 1 and target_spacing[g] < places[g] - places[f]:
+        while g > f + 1 and spacings[g] < places[g] - places[f]:
             g -= 1
         f = g
     nodes[count] = last
@@ -192,14 +187,14 @@ def pick_nodes(target_spacing: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def resolves(nodes: np.ndarray, places: np.ndarray, target_spacing: np.ndarray) -> bool:
-    """Whether a selection in use is nowhere much coarser than `target_spacing`."""
+def resolves(nodes: np.ndarray, places: np.ndarray, spacings: np.ndarray) -> bool:
+    """Whether a selection in use is nowhere much coarser than the `spacings`."""
     for j in range(nodes.size - 1):
         if nodes[j + 1] - nodes[j] == 1:
             continue
         panel = places[nodes[j + 1]] - places[nodes[j]]
         for f in range(nodes[j], nodes[j + 1] + 1):
-            if panel > _TOLERATED * target_spacing[f]:
+            if panel > _TOLERATED * spacings[f]:
                 return False
     return True
 

@@ -18,15 +18,15 @@ def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf)
         now = rhs - rhs[0] + depth
         controls = (response, tolerance, force_error)
         matrices = (mesh.influence, mesh.force_weights)
-        found = solve_adhesive(lennard_jones(tabor), *matrices, now, *controls, factor, gap, tractions, work)
-    return mesh, rhs, gap, tractions, work, factor, found
+        accepted = solve_adhesive(lennard_jones(tabor), *matrices, now, *controls, factor, gap, tractions, work)
+    return mesh, rhs, gap, tractions, work, factor, accepted
 
 
 @pytest.mark.parametrize("response", [1.0, 0.1])
 @pytest.mark.parametrize(("tabor", "indentation"), [(0.02, -1.0), (0.2, 0.5), (1.0, 1.0), (0.6, 3.0)])
 def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, response):
-    mesh, rhs, gap, tractions, work, _, found = solved(tabor, indentation, response)
-    assert found
+    mesh, rhs, gap, tractions, work, _, accepted = solved(tabor, indentation, response)
+    assert accepted
     np.testing.assert_allclose(tractions, stress(tabor, gap), rtol=1e-12)
     residual = gap + response * mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-7
@@ -42,8 +42,8 @@ def test_the_factorisation_is_kept_and_the_far_field_leaves_the_linear_system():
 
 
 def test_a_residual_that_cannot_be_reached_is_not_accepted():
-    *_, found = solved(1.0, 1.0, tolerance=0.0)
-    assert not found
+    *_, accepted = solved(1.0, 1.0, tolerance=0.0)
+    assert not accepted
 
 
 def test_the_contact_edge_is_where_the_tension_peaks():
@@ -57,9 +57,9 @@ def test_the_contact_edge_is_where_the_tension_peaks():
 @pytest.mark.parametrize("response", [1.0, 1e-3])
 def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
     allowed = 1e-4
-    mesh, rhs, gap, tractions, _, factor, found = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
+    mesh, rhs, gap, tractions, _, factor, accepted = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
     *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
-    assert found
+    assert accepted
     interface, weights = lennard_jones(0.2), mesh.force_weights
     truth = force_of(interface, weights, exact_gap, exact)
     assert abs(force_of(interface, weights, gap, tractions) - truth) < 2.0 * allowed
@@ -79,20 +79,20 @@ def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, st
     influence, weights = stiffness * np.eye(4), np.ones(4)
     start = gap.copy()
     controls = (1.0, 1e-9, np.inf)
-    found = solve_adhesive(
+    accepted = solve_adhesive(
         lennard_jones(1.0), influence, weights, rhs, *controls, new_factor(4), start, tractions, new_work()
     )
-    assert found == stable
+    assert accepted == stable
     np.testing.assert_allclose(start, gap, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("shrinks_by", "share"), [(0.5, -1.0), (0.3, -3.0 / 7.0), (-0.5, 1.0 / 3.0)])
 def test_errors_that_shrink_by_one_factor_are_summed_up(shrinks_by, share):
     residual = np.array([0.3, -0.2, 0.1])
-    found = anderson_share(shrinks_by * residual, residual)
-    assert found == pytest.approx(share)
+    anderson = anderson_share(shrinks_by * residual, residual)
+    assert anderson == pytest.approx(share)
     # Taken back from the change, it leaves the sum of the geometric series.
-    assert 1.0 - found == pytest.approx(1.0 / (1.0 - shrinks_by))
+    assert 1.0 - anderson == pytest.approx(1.0 / (1.0 - shrinks_by))
 
 
 def test_no_extrapolation_reaches_where_the_iteration_alone_would_not():

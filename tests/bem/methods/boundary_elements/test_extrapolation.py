@@ -124,8 +124,8 @@ def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_an
 def test_without_adhesion_the_force_alone_decides(force, expected):
     gap, pressure = np.array([1.0, 3.0]), np.array([0.5 * force, 0.0])
     guess, hard = pressure - np.array([0.05, 0.0]), lennard_jones(TABOR, nonadhesive=True)
-    found = prediction_error(hard, np.full(2, 2.0), 2.0 * gap, guess, gap, pressure, Scales(1.0), np.nan)
-    assert found == pytest.approx(expected)
+    error = prediction_error(hard, np.full(2, 2.0), 2.0 * gap, guess, gap, pressure, Scales(1.0), np.nan)
+    assert error == pytest.approx(expected)
 
 
 def test_the_bend_is_the_distance_from_the_line_through_the_last_two_forces():
@@ -146,6 +146,6 @@ def test_the_history_errs_by_what_lies_between_the_steps():
     gaps = [gap_at(time) for time in times[:2]]
     recent = history(gaps, [law(gap) for gap in gaps], times[:2], forces[:2])
     parabola = np.polyval(np.polyfit(times, forces[:3], 2), 1.75)
-    found = history_error(LJ, recent, weights, 2.5, forces[2], Scales(1e-3, 4.0))
-    assert found == pytest.approx(4.0 * abs(forces[3] - parabola) / forces[3], rel=1e-6)
-    assert found > 1e-3
+    error = history_error(LJ, recent, weights, 2.5, forces[2], Scales(1e-3, 4.0))
+    assert error == pytest.approx(4.0 * abs(forces[3] - parabola) / forces[3], rel=1e-6)
+    assert error > 1e-3

@@ -53,8 +53,8 @@ def residual_under(scene, control, mesh, gap, tractions):
 
 def test_the_gap_equation_with_a_spring_is_that_at_the_indentation_of_the_sphere(contact):
     stage, sphere = -0.4, -0.4 + force_in(*contact) / STIFFNESS
-    found = residual_under(problem(), stage, *contact)
-    np.testing.assert_allclose(found, residual_at(sphere, *contact), atol=1e-10)
+    residual = residual_under(problem(), stage, *contact)
+    np.testing.assert_allclose(residual, residual_at(sphere, *contact), atol=1e-10)
     mesh, gap, tractions = contact
     assert state_under(problem(), mesh, stage, NOTHING, gap, tractions).depth == pytest.approx(sphere)
 
@@ -72,8 +72,8 @@ def test_the_matrix_holds_the_slope_of_the_far_force(contact):
     moved = gap.copy()
     moved[-1] *= 1.0 + 1e-5
     changed = stress(TABOR, moved)
-    found = (force_in(mesh, moved, changed) - force_in(*contact)) / (changed[-1] - tractions[-1])
-    assert lifts[-1, 0] == pytest.approx(found, rel=1e-3)
+    slope = (force_in(mesh, moved, changed) - force_in(*contact)) / (changed[-1] - tractions[-1])
+    assert lifts[-1, 0] == pytest.approx(slope, rel=1e-3)
 
 
 def test_a_prescribed_force_is_a_soft_spring_from_where_the_sphere_is_expected(contact):

@@ -18,8 +18,8 @@ JUMP_IN, JUMP_OUT = -3.228, -4.988  # indentations at which the elastic branches
 def settled(indentation, gap, mesh):
     gap, tractions = gap.copy(), np.zeros(gap.size)
     rhs = right_side(mesh, TABOR, indentation)
-    found = settle(LJ, mesh.influence, rhs, 1.0, 1e-6, gap, tractions, new_work())
-    assert found
+    stable = settle(LJ, mesh.influence, rhs, 1.0, 1e-6, gap, tractions, new_work())
+    assert stable
     residual = gap + mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-6
     return gap
@@ -75,11 +75,11 @@ def test_the_eigenvalue_is_the_one_nearest_to_zero(mesh, both, response):
 def test_an_unstable_state_has_a_negative_eigenvalue(mesh, both):
     opened, closed = both
 
-    def lowest(part):
-        mixed = closed + part * (opened - closed)
+    def lowest(shift):
+        mixed = closed + shift * (opened - closed)
         return np.min(np.linalg.eigvals(jacobian(mesh, mixed, 1.0)).real)
 
     # on the way from one stable state to the other a direction turns unstable
-    part = brentq(lambda part: lowest(part) + 0.01, 0.0, 0.2, xtol=1e-6)
-    unstable = closed + part * (opened - closed)
-    assert smallest_eigenvalue(LJ, mesh.influence, unstable, 1.0) == pytest.approx(lowest(part), rel=1e-2)
+    shift = brentq(lambda shift: lowest(shift) + 0.01, 0.0, 0.2, xtol=1e-6)
+    unstable = closed + shift * (opened - closed)
+    assert smallest_eigenvalue(LJ, mesh.influence, unstable, 1.0) == pytest.approx(lowest(shift), rel=1e-2)

@@ -104,10 +104,10 @@ def test_conforming_surfaces_relax_without_ringing(relaxations, growth):
 
 
 def test_one_prony_term_is_the_standard_linear_solid():
-    one, other = memory_of(StandardLinearSolid(modulus_ratio=0.2)), memory_of(PronySeries([0.8], [1.0]))
+    solid, series = memory_of(StandardLinearSolid(modulus_ratio=0.2)), memory_of(PronySeries([0.8], [1.0]))
     for step, value, earlier in ((0.1, 1.0, False), (0.2, 0.3, True), (3.0, -2.0, True)):
-        a = take_step(one, step, earlier, np.array([value]))
-        b = take_step(other, step, earlier, np.array([value]))
+        a = take_step(solid, step, earlier, np.array([value]))
+        b = take_step(series, step, earlier, np.array([value]))
         assert a[0] == pytest.approx(b[0], rel=1e-14)
 
 

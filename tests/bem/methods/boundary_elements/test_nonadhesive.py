@@ -13,15 +13,15 @@ def solved(indentation, *, tabor=1.0, response=1.0, closed_before=False):
     rhs = right_side(mesh, tabor, indentation)
     gap = np.ones(mesh.radii.size)
     tractions = np.full(mesh.radii.size, -1.0 if closed_before else 0.0)
-    found = solve_nonadhesive(mesh.influence, rhs, response, gap, tractions, new_work())
-    return mesh, rhs, gap, tractions, found
+    converged = solve_nonadhesive(mesh.influence, rhs, response, gap, tractions, new_work())
+    return mesh, rhs, gap, tractions, converged
 
 
 @pytest.mark.parametrize("closed_before", [False, True])
 @pytest.mark.parametrize("indentation", [0.1, 1.0, 30.0])
 def test_either_the_gap_is_closed_or_there_is_no_traction(indentation, closed_before):
-    mesh, rhs, gap, tractions, found = solved(indentation, closed_before=closed_before)
-    assert found
+    mesh, rhs, gap, tractions, converged = solved(indentation, closed_before=closed_before)
+    assert converged
     assert np.all(tractions <= 0.0)
     assert np.all(gap >= 1.0 - 1e-9)
     assert np.max(np.abs((gap - 1.0) * tractions)) < 1e-9 * max(indentation, 1.0)
@@ -34,8 +34,8 @@ def test_a_stiffer_response_carries_more():
 
 
 def test_without_contact_there_is_no_force():
-    mesh, rhs, gap, tractions, found = solved(-1.0, closed_before=True)
-    assert found
+    mesh, rhs, gap, tractions, converged = solved(-1.0, closed_before=True)
+    assert converged
     assert not np.any(tractions)
     np.testing.assert_array_equal(gap, rhs)
     assert nonadhesive_edge(mesh.radii, tractions) == 0.0
@@ -49,7 +49,7 @@ def test_nodes_that_would_pass_through_are_closed(missing):
     gap, tractions = np.zeros(rhs.size), np.zeros(rhs.size)
     assert solve_nonadhesive(mesh.influence, rhs, 1.0, gap, tractions, new_work())
     last = np.flatnonzero(tractions)[-missing]
-    other_gap, other = gap.copy(), np.where(np.arange(rhs.size) < last, tractions, 0.0)
-    assert solve_nonadhesive(mesh.influence, rhs, 1.0, other_gap, other, new_work())
-    np.testing.assert_allclose(other, tractions, atol=1e-9)
+    other_gap, other_tractions = gap.copy(), np.where(np.arange(rhs.size) < last, tractions, 0.0)
+    assert solve_nonadhesive(mesh.influence, rhs, 1.0, other_gap, other_tractions, new_work())
+    np.testing.assert_allclose(other_tractions, tractions, atol=1e-9)
     np.testing.assert_allclose(other_gap, gap, atol=1e-9)

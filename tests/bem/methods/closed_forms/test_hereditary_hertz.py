@@ -20,12 +20,12 @@ def test_ramp_is_the_integral_of_the_relaxation_modulus():
         return modulus * 1.5 * 8.0 * np.sqrt(max(8.0 * s - 2.0, 0.0)) / tabor**1.5
 
     exact = -4.0 / (3.0 * np.pi) * quad(rate, 0.25, time, epsrel=1e-11)[0]
-    found = hereditary_hertz.force(Scene(tabor, StandardLinearSolid(k), HardContact()), history, time)
-    assert found == pytest.approx(exact, rel=1e-4)
+    force = hereditary_hertz.force(Scene(tabor, StandardLinearSolid(k), HardContact()), history, time)
+    assert force == pytest.approx(exact, rel=1e-4)
 
 
 def test_without_relaxation_it_is_hertz():
     history = PROTOCOL.history(1.0)
     times = np.linspace(0.0, 0.9, 7)
-    found = hereditary_hertz.force(Scene(1.0, StandardLinearSolid(1.0)), history, times)
-    np.testing.assert_allclose(found, hertz.force_from_indentation(history.indentation_at(times), 1.0), atol=1e-4)
+    force = hereditary_hertz.force(Scene(1.0, StandardLinearSolid(1.0)), history, times)
+    np.testing.assert_allclose(force, hertz.force_from_indentation(history.indentation_at(times), 1.0), atol=1e-4)

@@ -19,13 +19,13 @@ def test_pull_off_runs_from_dmt_to_jkr():
 
 def test_large_tabor_is_jkr():
     depths = np.array([-10.0, 0.0, 50.0, 400.0])
-    found = maugis.force_from_indentation(depths, 30.0)
-    np.testing.assert_allclose(found, jkr.force_from_indentation(depths, 30.0), rtol=2e-3)
+    force = maugis.force_from_indentation(depths, 30.0)
+    np.testing.assert_allclose(force, jkr.force_from_indentation(depths, 30.0), rtol=2e-3)
 
 
 def test_small_tabor_is_dmt():
-    found = maugis.force_from_indentation([0.05, 0.5], 1e-3)
-    np.testing.assert_allclose(found, dmt.force_from_indentation([0.05, 0.5], 1e-3), rtol=5e-3)
+    force = maugis.force_from_indentation([0.05, 0.5], 1e-3)
+    np.testing.assert_allclose(force, dmt.force_from_indentation([0.05, 0.5], 1e-3), rtol=5e-3)
 
 
 def test_series_meets_the_closed_expression():

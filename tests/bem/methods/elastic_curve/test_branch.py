@@ -23,9 +23,9 @@ def new_branch(tabor, adhesion=None, accuracy="standard"):
 
 @pytest.fixture(scope="module")
 def branch():
-    found = new_branch(TABOR)
-    found.reaching(10.0, np.inf)
-    return found
+    curve = new_branch(TABOR)
+    curve.reaching(10.0, np.inf)
+    return curve
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +69,8 @@ def test_the_rates_are_those_of_the_points(adhesion):
     dense = fine[np.flatnonzero(fine["contact_radius"] == fine["scale"])[1] :]
     for name, tolerance in (("indentation", 4e-3), ("force", 8e-3)):
         slopes = np.gradient(dense[name], dense["along"])
-        found = np.interp(contact["along"][1:-1], dense["along"], slopes)
-        assert contact[f"{name}_rate"][1:-1] == pytest.approx(found, rel=0.05, abs=8.0 * tolerance)
+        slope = np.interp(contact["along"][1:-1], dense["along"], slopes)
+        assert contact[f"{name}_rate"][1:-1] == pytest.approx(slope, rel=0.05, abs=8.0 * tolerance)
 
 
 @pytest.mark.parametrize("tabor", [0.05, 1.0, 20.0])
@@ -86,12 +86,12 @@ def test_a_curve_does_not_depend_on_what_was_asked_before(tabor):
 
 
 def test_a_budget_ends_the_curve_and_a_larger_one_goes_on():
-    found = new_branch(1.0)
-    whole = work_by_name(new_branch(1.0).reaching(3.0, np.inf)[1])["multiply_adds"]
-    points, work = found.reaching(3.0, 0.5 * whole)
-    assert 0.5 * whole <= work_by_name(work)["multiply_adds"] < 0.7 * whole
+    curve = new_branch(1.0)
+    all_work = work_by_name(new_branch(1.0).reaching(3.0, np.inf)[1])["multiply_adds"]
+    points, work = curve.reaching(3.0, 0.5 * all_work)
+    assert 0.5 * all_work <= work_by_name(work)["multiply_adds"] < 0.7 * all_work
     assert points["indentation"][-1] < 3.0
-    assert found.reaching(3.0, np.inf)[0]["indentation"][-1] >= 3.0
+    assert curve.reaching(3.0, np.inf)[0]["indentation"][-1] >= 3.0
 
 
 def test_the_smallest_eigenvalue_falls_to_zero_at_the_fold(branch, points):
@@ -105,8 +105,8 @@ def test_the_smallest_eigenvalue_falls_to_zero_at_the_fold(branch, points):
 
 
 def test_the_last_curves_are_kept():
-    one = branch_of(1.0, LennardJones(), STANDARD, 2.0)
-    assert branch_of(1.0, LennardJones(), STANDARD, 2.0) is one
-    assert branch_of(1.0, Exponential(), STANDARD, 2.0) is not one
+    first = branch_of(1.0, LennardJones(), STANDARD, 2.0)
+    assert branch_of(1.0, LennardJones(), STANDARD, 2.0) is first
+    assert branch_of(1.0, Exponential(), STANDARD, 2.0) is not first
     assert branch_of(1.0, Exponential(), STANDARD, 2.0).interface.law.peak_gap == law_of(Exponential()).peak_gap
     assert branch_of.cache_info().maxsize == 32

@@ -22,8 +22,8 @@ def meshes():
 
 def traction(radii, level):
     """Smooth, even at the axis, and falling outside the edge with a power of the distance."""
-    place = (radii**2 - 1.0) / (2.0 * 1.5**-level)
-    return (1.0 + 0.5 * (np.sqrt(1.0 + place**2) + place)) ** -3.0
+    distance = (radii**2 - 1.0) / (2.0 * 1.5**-level)
+    return (1.0 + 0.5 * (np.sqrt(1.0 + distance**2) + distance)) ** -3.0
 
 
 @pytest.mark.parametrize("level", [0, 4, 8])

@@ -28,27 +28,27 @@ PULLED = ForceProtocol([0.0, 1.0, 2.0, 3.0], [0.0, -8.0, 1.0, 1.7])
     ],
 )
 def test_the_curve_and_time_steps_agree(scene, protocol, monkeypatch):
-    found = simulate(scene, protocol)
+    trajectory = simulate(scene, protocol)
     monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
     stepped = simulate(scene, protocol, 1e-3)
-    assert (found.stats.method, stepped.stats.method) == ("elastic branch", "boundary elements")
-    assert found.status.split()[0] == stepped.status.split()[0]
-    assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
-    assert found.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
-    assert found.energy_balance == pytest.approx(stepped.energy_balance, abs=4e-3, rel=4e-3, nan_ok=True)
-    assert len(found.jumps) == len(stepped.jumps)
+    assert (trajectory.stats.method, stepped.stats.method) == ("elastic branch", "boundary elements")
+    assert trajectory.status.split()[0] == stepped.status.split()[0]
+    assert trajectory.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
+    assert trajectory.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
+    assert trajectory.energy_balance == pytest.approx(stepped.energy_balance, abs=4e-3, rel=4e-3, nan_ok=True)
+    assert len(trajectory.jumps) == len(stepped.jumps)
     rigid = scene.spring is None and protocol is CYCLES  # else the sphere moves fast where it is about to jump
-    for one, other in zip(found.jumps, stepped.jumps, strict=True):
-        assert one.indentation == pytest.approx(other.indentation, abs=0.01 if rigid else 0.03)
-        assert one.indentation_after == pytest.approx(other.indentation_after, abs=0.02, nan_ok=True)
-        assert one.force_after == pytest.approx(other.force_after, abs=0.02)
-        assert one.energy_lost == pytest.approx(other.energy_lost, abs=4e-3, rel=4e-3, nan_ok=True)
-    instants = np.linspace(0.0, min(found.time[-1], stepped.time[-1]), 300)
+    for curve, step_jump in zip(trajectory.jumps, stepped.jumps, strict=True):
+        assert curve.indentation == pytest.approx(step_jump.indentation, abs=0.01 if rigid else 0.03)
+        assert curve.indentation_after == pytest.approx(step_jump.indentation_after, abs=0.02, nan_ok=True)
+        assert curve.force_after == pytest.approx(step_jump.force_after, abs=0.02)
+        assert curve.energy_lost == pytest.approx(step_jump.energy_lost, abs=4e-3, rel=4e-3, nan_ok=True)
+    instants = np.linspace(0.0, min(trajectory.time[-1], stepped.time[-1]), 300)
     if protocol is PULLED:
-        depths = [np.interp(instants, one.time, one.indentation) for one in (found, stepped)]
+        depths = [np.interp(instants, curve.time, curve.indentation) for curve in (trajectory, stepped)]
         assert np.median(np.abs(depths[0] - depths[1])) < 4e-3 * scene.tabor
     else:
-        assert np.median(np.abs(found.at(instants) - stepped.at(instants))) < 2e-3
+        assert np.median(np.abs(trajectory.at(instants) - stepped.at(instants))) < 2e-3
 
 
 def test_equal_cycles_repeat_to_the_last_bit():
@@ -62,26 +62,26 @@ def test_equal_cycles_repeat_to_the_last_bit():
 
 @pytest.mark.parametrize("spring", [None, 0.4, 5.0])
 def test_the_area_of_the_loop_is_what_its_jumps_lose(spring):
-    found = simulate(Scene(2.0, spring=spring), PiecewiseLinearProtocol([0, 1, 2], [-15.0, 3.0, -15.0]))
-    loop = np.trapezoid(found.force, found.stage)
-    assert abs(loop) == pytest.approx(sum(jump.energy_lost for jump in found.jumps), abs=4e-3, rel=2e-3)
-    assert found.energy_balance == pytest.approx(abs(loop), abs=4e-3, rel=2e-3)
+    trajectory = simulate(Scene(2.0, spring=spring), PiecewiseLinearProtocol([0, 1, 2], [-15.0, 3.0, -15.0]))
+    loop = np.trapezoid(trajectory.force, trajectory.stage)
+    assert abs(loop) == pytest.approx(sum(jump.energy_lost for jump in trajectory.jumps), abs=4e-3, rel=2e-3)
+    assert trajectory.energy_balance == pytest.approx(abs(loop), abs=4e-3, rel=2e-3)
 
 
 @pytest.mark.parametrize("depths", [[-2.5, 1.0], [-3.0, 1.0], [0.5, -1.0]])
 def test_a_path_starts_where_the_surfaces_have_come_together(depths):
     """Mu 2 snaps in at -2.55 and off at -3.38."""
-    found = simulate(Scene(2.0), PiecewiseLinearProtocol([0.0, 1.0], depths))
-    assert (found.contact_radius[0] > 0.0) == (depths[0] > -2.55)
-    assert found.indentation[[0, -1]] == pytest.approx(depths)
-    assert len(found.jumps) == (depths[0] < -2.55)
+    trajectory = simulate(Scene(2.0), PiecewiseLinearProtocol([0.0, 1.0], depths))
+    assert (trajectory.contact_radius[0] > 0.0) == (depths[0] > -2.55)
+    assert trajectory.indentation[[0, -1]] == pytest.approx(depths)
+    assert len(trajectory.jumps) == (depths[0] < -2.55)
 
 
 def test_only_the_budget_of_the_whole_curve_gives_a_trajectory():
-    whole = simulate(Scene(5.0), CYCLES)
-    for share, wanted in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
-        found = simulate(Scene(5.0), CYCLES, most_work=share * whole.stats.multiply_adds)
-        assert found.status.startswith(wanted)
+    unlimited = simulate(Scene(5.0), CYCLES)
+    for share, status in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
+        trajectory = simulate(Scene(5.0), CYCLES, most_work=share * unlimited.stats.multiply_adds)
+        assert trajectory.status.startswith(status)
 
 
 def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
@@ -94,10 +94,10 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
         )
 
     monkeypatch.setattr(elastic_branch, "follow", broken)
-    found = simulate(Scene(1.37), CYCLES, "draft")
-    assert found.completed
-    assert found.stats.method == "boundary elements"
-    assert len(found.jumps) == 2
+    trajectory = simulate(Scene(1.37), CYCLES, "draft")
+    assert trajectory.completed
+    assert trajectory.stats.method == "boundary elements"
+    assert len(trajectory.jumps) == 2
 
 
 @pytest.mark.parametrize(
@@ -106,10 +106,10 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
 def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, deep):
     """Before the surfaces meet such a traction acts on a disk much wider than the smallest contact."""
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [deep, 24.0, deep])
-    found = simulate(Scene(tabor, adhesion=ConstantStress()), path, most_work=1e10)
-    assert found.completed
-    assert found.stats.method == "elastic branch"
-    assert found.pull_off_force == pytest.approx(maugis_dugdale.pull_off_force(tabor), rel=4e-3)
+    trajectory = simulate(Scene(tabor, adhesion=ConstantStress()), path, most_work=1e10)
+    assert trajectory.completed
+    assert trajectory.stats.method == "elastic branch"
+    assert trajectory.pull_off_force == pytest.approx(maugis_dugdale.pull_off_force(tabor), rel=4e-3)
 
 
 @pytest.mark.parametrize(
@@ -123,15 +123,15 @@ def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, p
     both = [simulate(scene, protocol, accuracy) for accuracy in ("draft", "standard")]
     monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
     stepped = simulate(scene, protocol, 1e-3)
-    for found in both:
-        assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=found.accuracy)
-        assert found.max_compression == pytest.approx(stepped.max_compression, rel=found.accuracy)
+    for trajectory in both:
+        assert trajectory.pull_off_force == pytest.approx(stepped.pull_off_force, rel=trajectory.accuracy)
+        assert trajectory.max_compression == pytest.approx(stepped.max_compression, rel=trajectory.accuracy)
 
 
 def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-26.0, 24.0, -26.0])
-    found = simulate(Scene(12.0, adhesion=ConstantStress(width=0.15)), path, most_work=1e9)
+    trajectory = simulate(Scene(12.0, adhesion=ConstantStress(width=0.15)), path, most_work=1e9)
     # Boundary elements take more than this budget where the curve breaks off.
-    assert found.stats.method == "elastic branch" or "stopped at the budget" in found.status
-    if found.completed:
-        assert found.pull_off_force == pytest.approx(1.5, rel=4e-3)
+    assert trajectory.stats.method == "elastic branch" or "stopped at the budget" in trajectory.status
+    if trajectory.completed:
+        assert trajectory.pull_off_force == pytest.approx(1.5, rel=4e-3)

@@ -46,47 +46,49 @@ def test_a_step_cut_in_two_is_the_same(length):
     solid, heights = solid_of(SERIES), np.linspace(0.0, 2.0, 30) ** 2
     rows = [Row(heights < 1.0, np.zeros((30, 3)), np.maximum(1.0 - heights, 0.0)) for _ in range(3)]
     advance(solid, rows[0], heights, 1.0, Push(0.5 / length, 0.0, length), rows[1])
-    whole = rows[1].load.copy()
+    uncut = rows[1].load.copy()
     advance(solid, rows[0], heights, 1.0, Push(0.5 / length, 0.0, 0.3 * length), rows[1])
     advance(solid, rows[1], heights, 1.15, Push(0.5 / length, 0.0, 0.7 * length), rows[2])
-    np.testing.assert_allclose(rows[2].load, whole, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(rows[2].load, uncut, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
 def test_surfaces_that_never_touch_bear_nothing(material):
-    found = simulate(Scene(1.0, material, HardContact()), PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, -1.0, -2.0]))
-    assert found.completed
-    assert not found.force.any()
-    assert not found.contact_radius.any()
-    assert found.detached
+    trajectory = simulate(
+        Scene(1.0, material, HardContact()), PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, -1.0, -2.0])
+    )
+    assert trajectory.completed
+    assert not trajectory.force.any()
+    assert not trajectory.contact_radius.any()
+    assert trajectory.detached
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
 def test_the_sphere_leaves_when_its_weight_does(material):
     load = ForceProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, -2.0, 2.0, -1.0])
-    found = simulate(Scene(1.0, material, HardContact()), load)
-    assert found.status.startswith("detached: ")
-    assert found.time[-1] == 1.5
-    assert found.force[-1] == pytest.approx(0.0, abs=1e-4)
-    assert sum(found.stats.steps_by_phase.values()) == found.stats.steps == found.time.size - 1
+    trajectory = simulate(Scene(1.0, material, HardContact()), load)
+    assert trajectory.status.startswith("detached: ")
+    assert trajectory.time[-1] == 1.5
+    assert trajectory.force[-1] == pytest.approx(0.0, abs=1e-4)
+    assert sum(trajectory.stats.steps_by_phase.values()) == trajectory.stats.steps == trajectory.time.size - 1
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
 def test_a_sphere_without_weight_is_pulled_off_at_once(material):
-    found = simulate(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 1.0], [0.0, 1.0]))
-    assert found.status.startswith("detached: ")
-    assert (found.time.tolist(), found.force.tolist()) == ([0.0], [0.0])
+    trajectory = simulate(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 1.0], [0.0, 1.0]))
+    assert trajectory.status.startswith("detached: ")
+    assert (trajectory.time.tolist(), trajectory.force.tolist()) == ([0.0], [0.0])
 
 
 @pytest.mark.parametrize("power", [1.0, 1.5, 2.0])
 def test_a_load_that_grows_from_zero_takes_few_steps(power):
     """The indentation begins with an infinite rate."""
     scene = Scene(1.5, StandardLinearSolid(0.6), HardContact(), indenter=PowerLaw(power))
-    found = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -3.0, -3.0]), "reference", most_work=1e8)
+    trajectory = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -3.0, -3.0]), "reference", most_work=1e8)
     begun = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [-1e-3, -3.0, -3.0]), "reference")
-    assert found.completed
-    assert found.stats.steps < 300
-    assert found.indentation[-1] == pytest.approx(begun.indentation[-1], rel=1e-3)
+    assert trajectory.completed
+    assert trajectory.stats.steps < 300
+    assert trajectory.indentation[-1] == pytest.approx(begun.indentation[-1], rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(12))

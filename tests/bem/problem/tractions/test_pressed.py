@@ -14,16 +14,16 @@ def test_the_pressed_gap_inverts_the_law(gap, off):
 @pytest.mark.parametrize("off", [1.0, 1.002, 0.97, 1.3, 0.6])
 def test_many_pressed_gaps_are_those_found_one_by_one(off):
     gaps = np.linspace(0.55, 1.07, 9)
-    scaled, found = np.array([traction(gap) for gap in gaps]), np.full(9, np.nan)
-    pressed_gaps(scaled, 8, off * gaps, LENNARD_JONES, found)
-    np.testing.assert_allclose(found[:8], gaps[:8], rtol=1e-7)
-    assert np.isnan(found[8])
+    scaled, solved = np.array([traction(gap) for gap in gaps]), np.full(9, np.nan)
+    pressed_gaps(scaled, 8, off * gaps, LENNARD_JONES, solved)
+    np.testing.assert_allclose(solved[:8], gaps[:8], rtol=1e-7)
+    assert np.isnan(solved[8])
 
 
 def test_more_tension_than_the_branch_holds_counts_as_the_largest():
-    found = np.empty(1)
-    pressed_gaps(np.array([5.0]), 1, np.array([1.05]), LENNARD_JONES, found)
-    assert traction(found[0]) == pytest.approx(LARGEST_TENSION)
+    solved = np.empty(1)
+    pressed_gaps(np.array([5.0]), 1, np.array([1.05]), LENNARD_JONES, solved)
+    assert traction(solved[0]) == pytest.approx(LARGEST_TENSION)
 
 
 @pytest.mark.parametrize("adhesion", [ConstantStress(), Exponential()])
@@ -35,6 +35,6 @@ def test_any_law_is_inverted_where_it_rises(adhesion, off):
         assert law.floor < gap < law.peak_gap
         assert traction_at(law, gap) == pytest.approx(scaled, rel=1e-6, abs=1e-9)
     assert traction_at(law, pressed_gap_of(law, 5.0, off)) == pytest.approx(LARGEST_TENSION)
-    found = np.empty(2)
-    pressed_gaps(np.array([-2.0, 0.5]), 2, np.full(2, off), law, found)
-    assert found.tolist() == [pressed_gap_of(law, -2.0, off), pressed_gap_of(law, 0.5, off)]
+    solved = np.empty(2)
+    pressed_gaps(np.array([-2.0, 0.5]), 2, np.full(2, off), law, solved)
+    assert solved.tolist() == [pressed_gap_of(law, -2.0, off), pressed_gap_of(law, 0.5, off)]

@@ -112,7 +112,7 @@ def test_equal_spacing_gives_the_unit_influence():
 
 @pytest.mark.parametrize("places", [[0, 1, 2, 4, 8, 16, 64, 1024, 2048], [0, 3000, 6000, 6001, 6002, 6010, 9000]])
 def test_uneven_nodes_give_the_influence_matrix(places):
-    found = hat_influence(np.array(places), kernel_series())
+    influence = hat_influence(np.array(places), kernel_series())
     expected = influence_matrix(np.array(places, dtype=float)).T
-    np.testing.assert_allclose(found[:-1], expected[:-1], rtol=2e-6)
-    assert np.all(found[-1] > expected[-1])  # the last hat is whole
+    np.testing.assert_allclose(influence[:-1], expected[:-1], rtol=2e-6)
+    assert np.all(influence[-1] > expected[-1])  # the last hat is whole

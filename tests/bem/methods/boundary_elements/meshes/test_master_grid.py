@@ -25,9 +25,9 @@ def first():
     return master_grid(TABOR, 30.0, CONTROLS)
 
 
-def around(first, edge=EDGE, direction=1.0, wanted=None):
-    wanted = np.full(first.size, np.inf) if wanted is None else wanted
-    return grid_around(first, kernel_series(), CONTROLS, edge, edge_width(edge, TABOR), direction, wanted)
+def around(first, edge=EDGE, direction=1.0, spacings=None):
+    spacings = np.full(first.size, np.inf) if spacings is None else spacings
+    return grid_around(first, kernel_series(), CONTROLS, edge, edge_width(edge, TABOR), direction, spacings)
 
 
 def test_the_grid_is_equally_spaced_where_that_fits():
@@ -62,10 +62,10 @@ def test_the_block_leaves_room_where_the_edge_goes(first, direction):
 
 
 def test_nodes_are_kept_where_the_memory_is_curved(first):
-    wanted = np.full(first.size, np.inf)
+    spacings = np.full(first.size, np.inf)
     feature = int(np.argmin(np.abs(first.spacing * first.places - 0.8)))
-    wanted[feature] = 4.0
-    plain, grid = around(first), around(first, wanted=wanted)
+    spacings[feature] = 4.0
+    plain, grid = around(first), around(first, spacings=spacings)
 
     def step(places):
         return np.diff(places)[np.searchsorted(places, first.places[feature], side="right") - 1]
@@ -78,11 +78,11 @@ def test_nodes_are_kept_where_the_memory_is_curved(first):
 def test_a_mesh_selected_from_it_has_the_spacing_of_any_mesh(first):
     grid, width = around(first), edge_width(EDGE, TABOR)
     window = edge_window(EDGE, 1.0, width)
-    wanted = spacing_at_edge(grid, CONTROLS, EDGE, width, window)
-    grade(wanted, grid.places, CONTROLS.growth - 1.0)
-    nodes = pick_nodes(wanted, grid.places)
+    spacings = spacing_at_edge(grid, CONTROLS, EDGE, width, window)
+    grade(spacings, grid.places, CONTROLS.growth - 1.0)
+    nodes = pick_nodes(spacings, grid.places)
     mesh = condense(grid, TABOR, nodes, window, True)
-    assert np.all(np.diff(grid.places[nodes]) <= np.maximum(wanted[nodes[:-1]], np.diff(grid.places)[nodes[:-1]]))
+    assert np.all(np.diff(grid.places[nodes]) <= np.maximum(spacings[nodes[:-1]], np.diff(grid.places)[nodes[:-1]]))
     assert mesh.radii.size < 0.8 * grid.size
     np.testing.assert_allclose(np.sum(mesh.influence, axis=0)[0], 2.0 * TABOR * mesh.radii[-1], rtol=2e-3)
     ones = np.ones(grid.size)

@@ -69,10 +69,10 @@ def test_left_out_nodes_of_a_smooth_mesh_follow_cubics_that_are_even_at_the_axis
     grid = master_grid(1.0, 5.0, CONTROLS)
     nodes = np.array([0, 2, 5, 9, 15])
     mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
-    found = prolonged(mesh, 3.0 - 0.5 * nodes.astype(float) ** 2)
+    parabola = prolonged(mesh, 3.0 - 0.5 * nodes.astype(float) ** 2)
     places = np.arange(nodes[-1] + 1)
-    np.testing.assert_allclose(found[: places.size], 3.0 - 0.5 * places**2, atol=1e-12)
-    assert not np.any(found[places.size :])
+    np.testing.assert_allclose(parabola[: places.size], 3.0 - 0.5 * places**2, atol=1e-12)
+    assert not np.any(parabola[places.size :])
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
@@ -97,18 +97,18 @@ def test_prolongation_by_lines_ends_with_the_mesh():
 @pytest.mark.parametrize(("tabor", "edge"), [*CASES, (3.2, 0.0), (0.02, 0.0)])
 def test_nodes_resolve_the_wanted_spacing_and_little_more(tabor, edge, direction):
     grid = master_grid(tabor, 10.0, CONTROLS)
-    wanted, window = spacing_for(grid, tabor, edge=edge, direction=direction)
-    nodes = pick_nodes(wanted, grid.places)
+    spacings, window = spacing_for(grid, tabor, edge=edge, direction=direction)
+    nodes = pick_nodes(spacings, grid.places)
     assert nodes[0] == 0
     assert nodes[-1] == grid.size - 1
     for left, right in pairwise(nodes):
-        assert right - left == 1 or right - left <= min(wanted[left], wanted[right])
-    assert resolves(nodes, grid.places, wanted)
-    assert not resolves(nodes[::3], grid.places, wanted)
+        assert right - left == 1 or right - left <= min(spacings[left], spacings[right])
+    assert resolves(nodes, grid.places, spacings)
+    assert not resolves(nodes[::3], grid.places, spacings)
     width = edge_width(edge, tabor)
     at_edge = np.abs(nodes * grid.spacing - edge) < 0.4 * width
     assert np.max(np.diff(nodes[at_edge])) * grid.spacing <= CONTROLS.edge_spacing * width * (1.0 + 1e-12)
-    assert np.max(np.abs(np.diff(wanted))) <= CONTROLS.growth - 1.0 + 1e-12
+    assert np.max(np.abs(np.diff(spacings))) <= CONTROLS.growth - 1.0 + 1e-12
     assert window[0] < edge < window[1]
 
 
@@ -130,24 +130,24 @@ def test_the_papers_mesh_is_equally_spaced():
 
 @pytest.mark.parametrize(("response", "factor"), [(1.0, 1.0), (0.2, 0.2), (0.01, 0.05)])
 def test_spacing_follows_the_curvature_of_the_remembered_traction_up_to_a_node(response, factor):
-    wanted, curvature, allowed = np.full(50, 20.0), 0.02, 2.0
-    refine_for_memory(wanted, np.arange(50), 0.5 * curvature * np.arange(50.0) ** 2, 30, allowed, response)
-    np.testing.assert_allclose(wanted[1:31], max(np.sqrt(allowed * factor / curvature), 1.0), rtol=1e-9)
-    np.testing.assert_array_equal(wanted[[0, *range(31, 50)]], 20.0)
+    spacings, curvature, allowed = np.full(50, 20.0), 0.02, 2.0
+    refine_for_memory(spacings, np.arange(50), 0.5 * curvature * np.arange(50.0) ** 2, 30, allowed, response)
+    np.testing.assert_allclose(spacings[1:31], max(np.sqrt(allowed * factor / curvature), 1.0), rtol=1e-9)
+    np.testing.assert_array_equal(spacings[[0, *range(31, 50)]], 20.0)
 
 
 def test_nothing_remembered_asks_for_nothing():
-    wanted = np.full(5, 20.0)
-    refine_for_memory(wanted, np.arange(5), np.zeros(0), 3, 2.0, 1.0)
-    np.testing.assert_array_equal(wanted, 20.0)
+    spacings = np.full(5, 20.0)
+    refine_for_memory(spacings, np.arange(5), np.zeros(0), 3, 2.0, 1.0)
+    np.testing.assert_array_equal(spacings, 20.0)
 
 
 def test_spacing_follows_the_curvature_of_the_last_traction():
-    wanted, curvature, allowed, tabor = np.full(50, 20.0), 0.02, 0.8, 1.5
+    spacings, curvature, allowed, tabor = np.full(50, 20.0), 0.02, 0.8, 1.5
     nodes = np.array([0, 10, 20, 40])
     traction = 0.5 * curvature * nodes.astype(float) ** 2
-    refine_for_traction(wanted, np.arange(50), nodes, traction, tabor, allowed)
+    refine_for_traction(spacings, np.arange(50), nodes, traction, tabor, allowed)
     first, second = (np.sqrt(allowed * (tabor + 0.05 * traction[j]) / curvature) for j in (1, 2))
-    np.testing.assert_allclose(wanted[5:16], first, rtol=1e-9)
-    np.testing.assert_allclose(wanted[16:31], second, rtol=1e-9)
-    np.testing.assert_array_equal(wanted[[*range(5), *range(31, 50)]], 20.0)
+    np.testing.assert_allclose(spacings[5:16], first, rtol=1e-9)
+    np.testing.assert_allclose(spacings[16:31], second, rtol=1e-9)
+    np.testing.assert_array_equal(spacings[[*range(5), *range(31, 50)]], 20.0)

@@ -53,7 +53,7 @@ def test_smooth_fields_lose_little():
     coarse, fine = np.arange(0, LAST + 1, 64), np.arange(0, LAST + 1, 8)
     moved = carried(coarse, np.exp(-coarse / 400.0), fine)
     line = np.interp(fine, coarse, np.exp(-coarse / 400.0))
-    error, by_line = (np.abs(found - np.exp(-fine / 400.0))[64:-64].max() for found in (moved, line))
+    error, by_line = (np.abs(field - np.exp(-fine / 400.0))[64:-64].max() for field in (moved, line))
     assert error < 0.1 * by_line
 
 
@@ -72,7 +72,7 @@ def test_half_the_spacing_keeps_the_old_nodes_and_a_smooth_even_field(peak):
     assert fine.spacing * fine.places[-1] == wide.spacing * wide.places[-1]
     assert len(fine.unit_influence) >= fine.size
     assert not same_grid(fine, wide)
-    values, exact = (np.cos(20.0 * one.places * one.spacing / fine.size) for one in (wide, fine))
+    values, exact = (np.cos(20.0 * mesh_grid.places * mesh_grid.spacing / fine.size) for mesh_grid in (wide, fine))
     moved = np.empty(fine.size)
     carry(wide, values, fine, moved)
     np.testing.assert_array_equal(moved[::2], values)
