@@ -135,7 +135,7 @@ def equilibrate(
 
 
 @kernel
-def parted(
+def separated(
     problem: Problem, start: State, control: float, remembered: Remembered, work: np.ndarray
 ) -> tuple[State, bool]:
     """The equilibrium of surfaces that have come apart, where they would be apart without traction, and whether it is.

@@ -16,7 +16,7 @@ from bem.methods.boundary_elements.discrete_problem import Problem
 from bem.methods.boundary_elements.equilibrium import Factor, new_factor
 from bem.methods.boundary_elements.extrapolation import Recent, push_recent, recent_on, start_recent
 from bem.methods.boundary_elements.gap_equation import has_flown_off, influence_of, state_under
-from bem.methods.boundary_elements.jumps import equilibrate, is_unstable, parted, record_jump
+from bem.methods.boundary_elements.jumps import equilibrate, is_unstable, record_jump, separated
 from bem.methods.boundary_elements.memory import (
     Memory,
     forget_rate,
@@ -218,7 +218,7 @@ def follow(
             remembered = remembered_in(memory, factors)
             state, solved = equilibrate(problem, before, control, remembered, work)
             if not solved and not problem.device.by_force:
-                state, solved = parted(problem, before, control, remembered, work)
+                state, solved = separated(problem, before, control, remembered, work)
             if not solved and not has_flown_off(problem, control, state.force):
                 outcome = OUT_OF_WORK if is_spent(work) else NO_EQUILIBRIUM
                 break

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.methods.records import COMPLETED, STEPS, Marched, new_work
+from bem.methods.records import COMPLETED, STEPS, MarchResult, new_work
 from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
@@ -28,7 +28,7 @@ _ERROR = 0.25
 class SharpCrack(NamedTuple):
     """A history, as of any method, and how exact it is."""
 
-    result: Marched
+    result: MarchResult
     error: float
 
 
@@ -63,7 +63,7 @@ def march(scene: Scene, protocol: Protocol, *, glassy: bool = False) -> SharpCra
     work = new_work()
     work[STEPS] = steps
     states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
-    return SharpCrack(Marched(states, jumps, work, counts, np.zeros(2), COMPLETED), expected_error(zone))
+    return SharpCrack(MarchResult(states, jumps, work, counts, np.zeros(2), COMPLETED), expected_error(zone))
 
 
 def expected_error(zone: float) -> float:
