@@ -36,7 +36,7 @@ def studies() -> dict[str, str]:
 
 def main() -> None:
     """Run the study that the command line names, and write what it returns."""
-    name, *words = sys.argv[1:] or [""]
+    name, *arguments = sys.argv[1:] or [""]
     modules = studies()
     if name in ("-h", "--help"):
         print(f"{__doc__}\nStudies: {', '.join(modules)}")
@@ -48,24 +48,24 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results", f"{name}.json"))
     for flag in ("--busy", "--leave-out"):
         parser.add_argument(flag, action="store_true")
-    shared, own = parser.parse_known_args(words)
+    shared, own = parser.parse_known_args(arguments)
     module, program = import_module(modules[name]), f"python -m experiments {name}"
     study = getattr(module, f"study_{name}", None) or module.study
 
     @wraps(study)
-    def command(**arguments: Any) -> None:
+    def command(**inputs: Any) -> None:
         from experiments.measurements.harness import publish
 
         try:
-            content = study(**arguments)
+            result = study(**inputs)
         except ModuleNotFoundError as error:
             lacking = f"{name} needs {error.name}, which this installation leaves out; run `make setup` first"
             if not shared.leave_out:
                 raise RuntimeError(lacking) from error
             print(f"left out: {lacking}")
             return
-        if content is not None:
-            publish(shared.out, shlex.join([name, *own]), content, busy=shared.busy)
+        if result is not None:
+            publish(shared.out, shlex.join([name, *own]), result, busy=shared.busy)
 
     sys.argv[:] = [program, *own]
     run_main(command, program, program=program, help=module.__doc__)

@@ -38,12 +38,12 @@ def read_config(path: Path) -> dict[str, Any]:
     """
     usual = read_toml(CONFIGS / path.name)
     try:
-        content = read_toml(path)
+        settings = read_toml(path)
     except ValueError as error:
         raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
-    if not content.keys() <= usual.keys():
-        raise ValueError(f"configuration must hold {', '.join(usual)} only; received {', '.join(sorted(content))}")
-    return usual | content
+    if not settings.keys() <= usual.keys():
+        raise ValueError(f"configuration must hold {', '.join(usual)} only; received {', '.join(sorted(settings))}")
+    return usual | settings
 
 
 def read_result(path: Path) -> Any:
@@ -88,10 +88,10 @@ Models = Annotated[Path, typer.Argument(help="Folder of models.")]
 """Inputs of a study on its command line: the content of a file, or a path."""
 
 
-def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
+def write_result(out: Path, study: str, result: dict[str, Any]) -> None:
     """Write a result file atomically, its arrays as lists, with its provenance (command, versions, host, revision)."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    complete = {**provenance(f"python -m experiments {study}"), **content}
+    complete = {**provenance(f"python -m experiments {study}"), **result}
     write_whole(out, json.dumps(complete, allow_nan=False, default=np.ndarray.tolist) + "\n")
 
 
@@ -164,5 +164,5 @@ def predicted(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: 
 
 def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[Scene]:
     """Scenes of standard linear solids, one for each Tabor parameter; a single number makes one scene."""
-    pairs = zip(*(one.tolist() for one in np.broadcast_arrays(np.atleast_1d(tabor), modulus_ratio)), strict=True)
+    pairs = zip(*(column.tolist() for column in np.broadcast_arrays(np.atleast_1d(tabor), modulus_ratio)), strict=True)
     return [Scene(mu, StandardLinearSolid(ratio)) for mu, ratio in pairs]

@@ -86,10 +86,10 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
     return np.array(chosen)
 
 
-def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
+def entry(name: str, source: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
     """One curve; `results` has the quantities `RESULTS` as attributes."""
-    found = dict(zip(RESULTS, rounded([getattr(results, one) for one in RESULTS]), strict=True))
-    return {"name": name, "kind": kind, "protocol": protocol, "results": found, "force": rounded(force)}
+    numbers = dict(zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS]), strict=True))
+    return {"name": name, "kind": source, "protocol": protocol, "results": numbers, "force": rounded(force)}
 
 
 def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
@@ -105,11 +105,11 @@ def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray,
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
     """Select trajectories of the test part of the data set."""
-    found, chosen = [], split.test[spread(dataset.protocols_of(split.test), count)]
+    curves, chosen = [], split.test[spread(dataset.protocols_of(split.test), count)]
     for row, protocol in zip(chosen.tolist(), rows_of(dataset.protocols_of(chosen)), strict=True):
         results = SimpleNamespace(**{name: dataset.scalars[name][row] for name in RESULTS})
-        found.append(entry(f"data-set-{row}", "test", protocol, results, dataset.force[row]))
-    return found
+        curves.append(entry(f"data-set-{row}", "test", protocol, results, dataset.force[row]))
+    return curves
 
 
 def other_solids(count: int) -> list[dict[str, Any]]:
@@ -126,11 +126,11 @@ def contact(curve: dict[str, Any]) -> dict[str, Any]:
         RuntimeError: The simulation did not complete.
     """
     trajectory = Case.of(curve["protocol"]).simulated(ACCURACY, profiles=FRAMES)
-    found = trajectory.profiles
-    assert found is not None
-    reach = min(WIDER * trajectory.contact_radius.max(), np.nanmax(found.radius))
+    profiles = trajectory.profiles
+    assert profiles is not None
+    reach = min(WIDER * trajectory.contact_radius.max(), np.nanmax(profiles.radius))
     radii = np.linspace(0.0, reach, NODES)
-    rows = list(zip(found.radius, -found.displacement, found.traction, strict=True))
+    rows = list(zip(profiles.radius, -profiles.displacement, profiles.traction, strict=True))
     # Where the solver's nodes end, the surface is flat and free.
     surface = np.array([np.interp(radii, r[r == r], z[r == r]) for r, z, _ in rows])
     traction = np.array([np.interp(radii, r[r == r], t[r == r], right=0.0) for r, _, t in rows])
@@ -140,19 +140,19 @@ def contact(curve: dict[str, Any]) -> dict[str, Any]:
     levels = np.rint(128 + 127 * np.clip(traction / np.where(traction < 0.0, push, pull), -1.0, 1.0)).astype("u1")
     numbers = zip(("reach", "low", "high", "push", "pull"), rounded([reach, low, high, push, pull]), strict=True)
     packed = {"surface": heights, "traction": levels}
-    return {"name": curve["name"], **dict(numbers), "times": [float(f"{one:.5g}") for one in found.time]} | {
+    return {"name": curve["name"], **dict(numbers), "times": [float(f"{time:.5g}") for time in profiles.time]} | {
         key: b64encode(values.tobytes()).decode() for key, values in packed.items()
     }
 
 
-def write_lines(out: Path, head: dict[str, Any], what: str, lines: list[dict[str, Any]]) -> None:
+def write_lines(out: Path, head: dict[str, Any], title: str, lines: list[dict[str, Any]]) -> None:
     """Write curves or contacts as JSON, one line each."""
     facts = {"modulus_ratio": MODULUS_RATIO, "accuracy": ACCURACY, **head}
     facts |= provenance("python -m experiments.demo_curves")
     body = ",\n".join(map(json.dumps, lines))
     out.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(out, f'{json.dumps(facts)[:-1]}, "{what}": [\n{body}\n]}}\n')
-    print(f"{out}: {len(lines)} {what}")
+    write_whole(out, f'{json.dumps(facts)[:-1]}, "{title}": [\n{body}\n]}}\n')
+    print(f"{out}: {len(lines)} {title}")
 
 
 def main() -> None:
@@ -160,13 +160,13 @@ def main() -> None:
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
     papers = {row["sample"]: {name: row[name] for name in QUANTITIES} for row in paper_rows("canonical_protocols")}
-    entries = [{"name": f"paper-{number:g}", "kind": "paper", "protocol": one} for number, one in papers.items()]
-    curves = [simulated_curve(one, measurement_grid) for one in entries]
+    entries = [{"name": f"paper-{number:g}", "kind": "paper", "protocol": ramps} for number, ramps in papers.items()]
+    curves = [simulated_curve(curve, measurement_grid) for curve in entries]
     curves += held_out_curves(dataset, split, COUNT)
     same = {"dataset_sha256": dataset.sha256}
     write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
-    of_any_solid = [one | {"protocol": {"modulus_ratio": MODULUS_RATIO} | one["protocol"]} for one in curves]
-    physical = [simulated_curve(one, physical_grid) for one in [*of_any_solid, *other_solids(SOLIDS)]]
+    of_any_solid = [curve | {"protocol": {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]} for curve in curves]
+    physical = [simulated_curve(curve, physical_grid) for curve in [*of_any_solid, *other_solids(SOLIDS)]]
     write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", physical)
     write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
 

@@ -31,20 +31,20 @@ def paper_rows(name: str) -> list[dict[str, Any]]:
         return [{key: _number(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
-def stated(place: str) -> Any:
+def stated(address: str) -> Any:
     """A number of the paper by its place, for example `dataset:ranges/tabor/0`.
 
     Raises:
         ValueError: There is no such place.
     """
-    name, _, path = place.partition(":")
-    found: Any = paper_values(name)
+    name, _, path = address.partition(":")
+    number: Any = paper_values(name)
     for key in path.split("/"):
         try:
-            found = found[int(key)] if isinstance(found, list) else found[key]
+            number = number[int(key)] if isinstance(number, list) else number[key]
         except (KeyError, IndexError, ValueError, TypeError) as error:
-            raise ValueError(f"a place must be FILE:KEY/... in paper_values; received {place!r}") from error
-    return found
+            raise ValueError(f"a place must be FILE:KEY/... in paper_values; received {address!r}") from error
+    return number
 
 
 def with_stated(text: str) -> str:

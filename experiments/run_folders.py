@@ -49,9 +49,9 @@ def read_table(folder: Path, table: str) -> dict[str, np.ndarray]:
     """
     own, shared = folder / f"{table}.csv", folder.parent / TRAININGS
     if not own.is_file() and shared.is_file():
-        with h5py.File(shared) as content:
-            if folder.name in content:
-                return _columns(content[folder.name][table])
+        with h5py.File(shared) as trainings:
+            if folder.name in trainings:
+                return _columns(trainings[folder.name][table])
     return read_csv(own)
 
 
@@ -73,8 +73,8 @@ def read_trainings(file: Path) -> dict[str, dict[str, Any]]:
     """Tables and settings of every seed in a file, by `MODEL/seed-S`; none if the file does not exist."""
     if not file.is_file():
         return {}
-    with h5py.File(file) as content:
-        groups = {f"{model}/{seed}": group for model, seeds in content.items() for seed, group in seeds.items()}
+    with h5py.File(file) as trainings:
+        groups = {f"{model}/{seed}": group for model, seeds in trainings.items() for seed, group in seeds.items()}
         return {
             name: {key: json.loads(text) for key, text in group.attrs.items()}
             | {table: _columns(group[table]) for table in TABLES}
@@ -89,18 +89,18 @@ def _columns(table: h5py.Dataset) -> dict[str, np.ndarray]:
 @contextmanager
 def opened(file: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file, or a new one, to be changed completely or not at all."""
-    with whole_file(file) as part:
+    with whole_file(file) as temporary:
         if file.is_file():
-            shutil.copyfile(file, part)
-        with h5py.File(part, "a") as content:
-            yield content
+            shutil.copyfile(file, temporary)
+        with h5py.File(temporary, "a") as trainings:
+            yield trainings
 
 
-def add_tables(content: h5py.File, name: str, training: dict[str, Any]) -> h5py.Group:
+def add_tables(trainings: h5py.File, name: str, training: dict[str, Any]) -> h5py.Group:
     """Write the tables of a training as the group `name`, in place of a group of this name."""
-    if name in content:
-        del content[name]
-    group = content.create_group(name)
+    if name in trainings:
+        del trainings[name]
+    group = trainings.create_group(name)
     for table in TABLES:
         rows = np.column_stack(list(training[table].values()))
         group.create_dataset(table, data=rows, compression="gzip", shuffle=True).attrs["columns"] = list(
@@ -115,12 +115,12 @@ def add_seeds(file: Path, folders: list[Path]) -> None:
     Raises:
         ValueError: A training is not complete.
     """
-    with opened(file) as content:
+    with opened(file) as trainings:
         for folder in folders:
             training = read_training(folder)
             seed = f"seed-{training['run']['seed']}"
             name = f"{training['run']['name'].removesuffix(f'-{seed}')}/{seed}"
-            group = add_tables(content, name, training)
+            group = add_tables(trainings, name, training)
             group.attrs.update({key: json.dumps(training[key]) for key in ("run", "metrics", "recipe")})
 
 
@@ -130,9 +130,9 @@ def move_tables(models: Path) -> None:
     The recipe of an older training moves to its `run.json`.
     """
     folders = sorted(path.parent for path in models.glob("[!.]*/test_errors.csv"))
-    with opened(models / TRAININGS) as content:
+    with opened(models / TRAININGS) as trainings:
         for folder in folders:
-            add_tables(content, folder.name, {table: read_csv(folder / f"{table}.csv") for table in TABLES})
+            add_tables(trainings, folder.name, {table: read_csv(folder / f"{table}.csv") for table in TABLES})
     shared = models / "split.json"
     for folder in folders:
         run = read_json(folder / "run.json")

@@ -33,14 +33,14 @@ BATCH, BATCH_REPEATS, SINGLE_CALLS = 1024, 5, 40
 
 
 def report(
-    kind: str, setting: str, answers: np.ndarray, seconds: np.ndarray, exact: np.ndarray, **more: Any
+    group: str, setting: str, answers: np.ndarray, seconds: np.ndarray, exact: np.ndarray, **more: Any
 ) -> dict[str, Any]:
     """One tool of a kind: its errors, failures and times.
 
     Answers and exact answers have the shape (count, 122), seconds (runs, calls); there may be fewer calls than answers.
     """
     return {
-        "kind": kind,
+        "kind": group,
         "setting": setting,
         "protocols": len(answers),
         "repeats": len(seconds),
@@ -78,13 +78,13 @@ def surrogates(
     rows = []
     for name in progress([*tools.complete(models), *tools.NAMES], "surrogates"):
         if name in tools.NAMES:
-            kind, before, more = name, "", {}
+            group, before, more = name, "", {}
             calls = {"ONNX": tools.pretrained(name)}
         else:
             calls, more = tools.ways_to_call(name, models)
-            kind, before, more["outdated"] = "surrogate", f"{name}, ", name in old
+            group, before, more["outdated"] = "surrogate", f"{name}, ", name in old
         for way, (answers, seconds) in timed_ways(calls, cases, repeats, name).items():
-            rows.append(report(kind, f"{before}{way}", answers, seconds, exact, way=way, **more))
+            rows.append(report(group, f"{before}{way}", answers, seconds, exact, way=way, **more))
     return rows
 
 
@@ -92,15 +92,15 @@ def timed_ways(
     calls: dict[str, tools.Answers], cases: list[Case], repeats: int, name: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Answers and seconds of each way to call a model: on one case at a time, and by the predictor in a batch."""
-    found = {}
+    runs = {}
     for way, answers in calls.items():
         single = f"{way} single" if way == "ONNX" else way
         _, seconds = run(lambda case: answers([case])[0], cases[:SINGLE_CALLS], repeats, name)  # noqa: B023
-        found[single] = answers(cases), seconds
+        runs[single] = answers(cases), seconds
     many = [cases[i % len(cases)] for i in range(BATCH)]
     batches = np.array(timed(lambda: calls["ONNX"](many), BATCH_REPEATS)) / BATCH
-    found["ONNX batch"] = found["ONNX single"][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
-    return found
+    runs["ONNX batch"] = runs["ONNX single"][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
+    return runs
 
 
 def study(

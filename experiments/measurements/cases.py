@@ -37,14 +37,14 @@ EDGES = {
 """Quantities that divide protocols into regions: their names, and the bounds of the regions."""
 
 
-def completed(trajectory: Trajectory, what: str) -> Trajectory:
+def completed(trajectory: Trajectory, label: str) -> Trajectory:
     """The trajectory of a simulation, which must have reached its end.
 
     Raises:
-        RuntimeError: It did not; `what` names it.
+        RuntimeError: It did not; `label` names it.
     """
     if not trajectory.completed:
-        raise RuntimeError(f"{what} did not complete: {trajectory.status}")
+        raise RuntimeError(f"{label} did not complete: {trajectory.status}")
     return trajectory
 
 
@@ -133,8 +133,8 @@ class Hidden:
     @classmethod
     def draw(cls, count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED) -> Self:
         """Draw protocols in the paper's ranges."""
-        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
-        return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
+        drawn = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
+        return cls(drawn if "modulus_ratio" in drawn else drawn | {"modulus_ratio": np.full(count, modulus_ratio)})
 
     @classmethod
     def corners(cls, modulus_ratio: float) -> Self:
@@ -150,10 +150,10 @@ class Hidden:
         """Some of the protocols."""
         return type(self)({name: values[rows] for name, values in self.quantities.items()})
 
-    def grid(self, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    def grid(self, steps: str) -> tuple[np.ndarray, np.ndarray]:
         """Instants and indentations of a kind of measurement steps, each of shape (n, steps)."""
         quantities = {name: self.quantities[name] for name in QUANTITIES}
-        return grid_of(kind, quantities, self.quantities["modulus_ratio"], STEPS[kind])
+        return grid_of(steps, quantities, self.quantities["modulus_ratio"], STEPS[steps])
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""
@@ -167,7 +167,7 @@ class Hidden:
 
 def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:
     """Pull-off force and hysteresis, of shape (n, 2)."""
-    return np.array([(one.pull_off_force, one.hysteresis) for one in trajectories])
+    return np.array([(trajectory.pull_off_force, trajectory.hysteresis) for trajectory in trajectories])
 
 
 def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -180,12 +180,12 @@ def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         Which protocols belong to each region, of shape (n,), by its name, such as "Tabor parameter 0.2 to 1"; first
         "all". Regions without any are left out.
     """
-    found = {"all": np.ones(len(next(iter(quantities.values()))), dtype=bool)}
-    for name, (words, edges) in EDGES.items():
+    masks = {"all": np.ones(len(next(iter(quantities.values()))), dtype=bool)}
+    for name, (title, edges) in EDGES.items():
         values = quantities.get(name)
         if values is None or np.ptp(values) == 0.0:
             continue
         # Corners of the paper's design lie a little outside its stated range.
-        place = np.digitize(values, edges[1:-1])
-        found |= {f"{words} {low:g} to {high:g}": place == i for i, (low, high) in enumerate(pairwise(edges))}
-    return {words: rows for words, rows in found.items() if rows.any()}
+        interval = np.digitize(values, edges[1:-1])
+        masks |= {f"{title} {low:g} to {high:g}": interval == i for i, (low, high) in enumerate(pairwise(edges))}
+    return {region: rows for region, rows in masks.items() if rows.any()}

@@ -80,16 +80,16 @@ def _retreat(case: Case) -> np.ndarray:
         return (a**2 - (protocol.peak_indentation - protocol.unloading_rate * t) / mu) ** 2 / (2.0 * np.pi * a)
 
     def speed(t: float, state: np.ndarray) -> list[float]:
-        here = float(np.clip(energy(state[0], t), 1.0, (1.0 - 1e-9) / MODULUS_RATIO))
-        return [-unit * float(persson_brener.crack_velocity(here, MODULUS_RATIO))]
+        release_rate = float(np.clip(energy(state[0], t), 1.0, (1.0 - 1e-9) / MODULUS_RATIO))
+        return [-unit * float(persson_brener.crack_velocity(release_rate, MODULUS_RATIO))]
 
     def lost(t: float, state: np.ndarray) -> float:  # noqa: ARG001
         return state[0] - 0.05 * radius
 
     lost.terminal = True  # type: ignore[attr-defined]
     end = case.protocol.phase_times(mu)
-    found = solve_ivp(speed, (0.0, end[3] - end[2]), [radius], "LSODA", rtol=1e-5, events=lost)
-    a, g = found.y[0], np.maximum(energy(found.y[0], found.t), 1.0)
+    solution = solve_ivp(speed, (0.0, end[3] - end[2]), [radius], "LSODA", rtol=1e-5, events=lost)
+    a, g = solution.y[0], np.maximum(energy(solution.y[0], solution.t), 1.0)
     return answer(float(np.max(np.sqrt(8.0 * g * a**3 / np.pi) - 4.0 * a**3 / (3.0 * np.pi))))
 
 

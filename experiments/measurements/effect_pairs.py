@@ -46,10 +46,10 @@ class Effects(NamedTuple):
     @property
     def name(self) -> str:
         """In words, as in the table and the figure."""
-        words = ["adhesion" if self.adhesion else "Hertz"]
-        words += {0: [], 1: ["one relaxation"], 3: ["three relaxations"]}[self.processes]
-        words += [] if self.device == "stage" else [self.device]
-        return ", ".join(words + ([f"{self.cycles} cycles"] if self.cycles > 1 else []))
+        labels = ["adhesion" if self.adhesion else "Hertz"]
+        labels += {0: [], 1: ["one relaxation"], 3: ["three relaxations"]}[self.processes]
+        labels += [] if self.device == "stage" else [self.device]
+        return ", ".join(labels + ([f"{self.cycles} cycles"] if self.cycles > 1 else []))
 
 
 EVERY = [Effects(*parts) for parts in product((False, True), MATERIALS, DEVICES)]
@@ -81,22 +81,22 @@ def seconds(effects: Effects, tabor: float, repeats: int) -> float:
     spent = []
     for peak in np.linspace(0.9, 1.1, repeats):
         completed(simulate(*case(effects, tabor, float(peak))), effects.name)
-        other = case(effects, tabor, float(peak) * 1.001)
-        spent += timed(lambda other=other: simulate(*other), first=False)
+        nearby = case(effects, tabor, float(peak) * 1.001)
+        spent += timed(lambda nearby=nearby: simulate(*nearby), first=False)
     return float(np.median(spent))
 
 
 def pairs() -> list[tuple[str, Effects, Effects]]:
     """The effect, the scene that costs no more by the aim, and the one it is compared with."""
-    found = []
-    for one, two in combinations(EVERY, 2):
-        differ = [name for name in Effects._fields if getattr(one, name) != getattr(two, name)]
-        less, more = sorted((one, two), key=lambda e: (e.adhesion, e.processes, DEVICES.index(e.device), e.cycles))
+    comparisons = []
+    for first, second in combinations(EVERY, 2):
+        differ = [name for name in Effects._fields if getattr(first, name) != getattr(second, name)]
+        less, more = sorted((first, second), key=lambda e: (e.adhesion, e.processes, DEVICES.index(e.device), e.cycles))
         if differ in (["adhesion"], ["processes"]):
-            found.append(({"processes": "relaxation"}.get(differ[0], differ[0]), less, more))
+            comparisons.append(({"processes": "relaxation"}.get(differ[0], differ[0]), less, more))
         elif differ == ["cycles"] or (differ == ["device"] and less.device == "stage"):
-            found.append((more.device if differ == ["device"] else "cycles", more, less))
-    return found
+            comparisons.append((more.device if differ == ["device"] else "cycles", more, less))
+    return comparisons
 
 
 def page_text(effect_pairs: Any) -> str:
@@ -116,8 +116,8 @@ def study(*, repeats: Repeats = 21) -> dict[str, Any]:
     """Measure every scene, and compare those that differ in one effect."""
     spent = {effects: [seconds(effects, tabor, repeats) for tabor in TABORS] for effects in progress(EVERY, "scenes")}
     rows = []
-    for effect, one, two in pairs():
-        ratios = [a / b for a, b in zip(spent[one], spent[two], strict=True)]
-        rows.append({"effect": effect, "scene": one.name, "to": two.name, "ratios": ratios, "aim": LARGEST[effect]})
-    scenes = [{"name": effects.name, "seconds": each} for effects, each in spent.items()]
+    for effect, scene, base in pairs():
+        ratios = [a / b for a, b in zip(spent[scene], spent[base], strict=True)]
+        rows.append({"effect": effect, "scene": scene.name, "to": base.name, "ratios": ratios, "aim": LARGEST[effect]})
+    scenes = [{"name": effects.name, "seconds": times} for effects, times in spent.items()]
     return {"tabor": TABORS, "scenes": scenes, "pairs": rows}

@@ -72,15 +72,15 @@ def stand_ins(rate: float) -> dict[str, Any]:
 
 def of_another_range(tabor: float) -> dict[str, Any]:
     """Error of the force history if the range of adhesion is changed, with and without viscoelasticity."""
-    found: dict[str, Any] = {"tabor": tabor}
+    errors: dict[str, Any] = {"tabor": tabor}
     history = protocol_for(tabor).history(tabor)
-    for kind, material in (("elastic", Elastic()), ("one relaxation", SLS)):
+    for solid, material in (("elastic", Elastic()), ("one relaxation", SLS)):
         truth = simulate(Scene(tabor, material), protocol_for(tabor), 1e-3)
-        for name, other in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
+        for name, range_tabor in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
             # In units of mu h0 and of time, the path is the same for all scenes.
-            stand_in = simulate(Scene(other, material), protocol_for(other), 1e-3)
-            found[f"{name}, {kind}"] = difference(stand_in, truth, history, "force")
-    return found
+            stand_in = simulate(Scene(range_tabor, material), protocol_for(range_tabor), 1e-3)
+            errors[f"{name}, {solid}"] = difference(stand_in, truth, history, "force")
+    return errors
 
 
 def of_one_process(decades: float, rate: float) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def of_one_process(decades: float, rate: float) -> dict[str, Any]:
 
 def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Ranges of the Tabor parameter, and of the decades, in which the error of a stand-in is at most `TOLERANCE`."""
-    found: list[dict[str, Any]] = []
+    limits: list[dict[str, Any]] = []
 
     def farthest(points: list[dict[str, Any]], over: str, error: str, start: float, side: float = 1.0) -> float:
         """The last point away from `start` with all errors up to it within the tolerance."""
@@ -102,15 +102,15 @@ def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict
         return [start, *(point[over] for point in takewhile(lambda point: point[error] <= TOLERANCE, away))][-1]
 
     for name, own in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
-        for kind in ("elastic", "one relaxation"):
-            low, high = (farthest(ranges, "tabor", f"{name}, {kind}", own, side) for side in (-1.0, 1.0))
-            words = {"stand_in": f"{name}, mu = {own:g}", "instead_of": f"another range, {kind}", "over": "tabor"}
-            found.append({**words, "low": low, "high": high})
+        for solid in ("elastic", "one relaxation"):
+            low, high = (farthest(ranges, "tabor", f"{name}, {solid}", own, side) for side in (-1.0, 1.0))
+            labels = {"stand_in": f"{name}, mu = {own:g}", "instead_of": f"another range, {solid}", "over": "tabor"}
+            limits.append({**labels, "low": low, "high": high})
     for rate in SLOW_AND_FAST:
         high = farthest([p for p in bands if p["rate"] == rate], "decades", "error", 0.0)
-        words = {"stand_in": "one relaxation", "instead_of": f"ten relaxations, rate {rate:g}", "over": "decades"}
-        found.append({**words, "low": 0.0, "high": high})
-    return found
+        labels = {"stand_in": "one relaxation", "instead_of": f"ten relaxations, rate {rate:g}", "over": "decades"}
+        limits.append({**labels, "low": 0.0, "high": high})
+    return limits
 
 
 def study() -> dict[str, Any]:

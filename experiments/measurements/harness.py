@@ -79,15 +79,15 @@ def progress(items: Iterable[Item], label: str, total: int | None = None) -> Ite
     required if `items` has no length.
     """
     count = len(items) if total is None else total  # type: ignore[arg-type]
-    started = said = first = time.perf_counter()
+    started = printed = first = time.perf_counter()
     for done, item in enumerate(items, start=1):
         yield item
         now = time.perf_counter()
         first = now if done == 1 else first
-        if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
-            rest = f", {timedelta(seconds=round((now - first) * (count - done) / (done - 1)))} left" if done > 1 else ""
-            print(f"{label}: {done} of {count}{rest}", file=sys.stderr, flush=True)
-            said = now
+        if now - printed > SAID_EVERY or (done == count and now - started > SAID_EVERY):
+            left = f", {timedelta(seconds=round((now - first) * (count - done) / (done - 1)))} left" if done > 1 else ""
+            print(f"{label}: {done} of {count}{left}", file=sys.stderr, flush=True)
+            printed = now
 
 
 def timed(function: Callable[[], Any], repeats: int = 1, *, first: bool = True) -> list[float]:
@@ -116,10 +116,10 @@ def run(
         seconds = []
         for case in progress(cases, f"{label}, run {len(runs) + 1} of {repeats}"):
             with CLOCK:
-                found = tool(case)
+                result = tool(case)
             seconds.append(CLOCK.seconds)
             if not runs:
-                answers.append(found)
+                answers.append(result)
         runs.append(seconds)
         spent += sum(seconds)
     return np.array(answers), np.array(runs)
@@ -140,10 +140,10 @@ def in_turn(calls: Mapping[Item, tuple[Callable[[int], Any], int]], rounds: int)
     return {name: float(np.median(seconds)) for name, seconds in spent.items()}
 
 
-def of_command(*words: str, **environment: str) -> tuple[float, float]:
+def of_command(*arguments: str, **environment: str) -> tuple[float, float]:
     """Wall and processor seconds of a `bem` command, its workers included."""
     before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    command = [sys.executable, "-m", "bem", *words]
+    command = [sys.executable, "-m", "bem", *arguments]
     subprocess.run(command, env=os.environ | environment, check=True, capture_output=True)
     wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -173,13 +173,13 @@ def fingerprint(**parts: Any) -> str:
     return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
 
 
-def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
+def publish(out: Path, study: str, result: dict[str, Any], *, busy: bool) -> None:
     """Write a result and say where; of a measurement its numbers, with the ratio of processor seconds to wall seconds.
 
     Args:
         out: The result file.
         study: The study with its inputs and options, as the file records its command.
-        content: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
+        result: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
         busy: Publish the measurement even if the machine was busy.
 
     Raises:
@@ -189,13 +189,13 @@ def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> No
 
     share = CLOCK.share
     believed = share is None or share >= LEAST_SHARE
-    place = out if busy or believed else NOT_PUBLISHED / out.name
+    path = out if busy or believed else NOT_PUBLISHED / out.name
     if share is not None:
-        content = content | {"processor_share": share}
-    write_result(place, study, content if out.parent.name == "studies" else plain(content))
-    facts = {**content, **content.get("summary", {})}.items()
-    numbers = ", ".join(f"{name} {one:.4g}" for name, one in facts if isinstance(one, int | float))
-    print(place if out.parent.name == "studies" else f"{place}: {numbers}")
+        result = result | {"processor_share": share}
+    write_result(path, study, result if out.parent.name == "studies" else plain(result))
+    facts = {**result, **result.get("summary", {})}.items()
+    numbers = ", ".join(f"{name} {number:.4g}" for name, number in facts if isinstance(number, int | float))
+    print(path if out.parent.name == "studies" else f"{path}: {numbers}")
     if believed:
         return
     doubt = (
@@ -204,7 +204,7 @@ def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> No
     )
     if not busy:
         raise RuntimeError(
-            f"{doubt}; they are kept in {str(place)!r} and not published; measure on an idle machine, or publish them "
+            f"{doubt}; they are kept in {str(path)!r} and not published; measure on an idle machine, or publish them "
             "with --busy (BUSY=yes for make)"
         )
     print(f"{doubt}; published nevertheless, because of --busy", file=sys.stderr)

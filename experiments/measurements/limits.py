@@ -27,8 +27,8 @@ def cycle(peak: float, rate: float) -> LoadingProtocol:
 def elastic() -> dict[str, Any]:
     """Processor seconds of an elastic contact at the finest accuracy, and how it ended."""
     with CLOCK:
-        found = simulate(Scene(3.0), cycle(30.0, 1.0), "reference")
-    return {"seconds": CLOCK.seconds, "status": found.status}
+        trajectory = simulate(Scene(3.0), cycle(30.0, 1.0), "reference")
+    return {"seconds": CLOCK.seconds, "status": trajectory.status}
 
 
 def force_error(seed: int, count: int = 20) -> float:
@@ -37,9 +37,9 @@ def force_error(seed: int, count: int = 20) -> float:
     for _ in range(count):
         pressed = -float(generator.uniform(2.0, 20.0))
         protocol = ForceProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, pressed, pressed, 1.0])
-        found = simulate(Scene(float(generator.uniform(0.3, 3.0)), SOLID), protocol)
-        wanted = np.interp(found.time, protocol.times, protocol.forces)
-        worst = max(worst, float(np.max(np.abs(found.force - wanted))) / abs(pressed))
+        trajectory = simulate(Scene(float(generator.uniform(0.3, 3.0)), SOLID), protocol)
+        prescribed = np.interp(trajectory.time, protocol.times, protocol.forces)
+        worst = max(worst, float(np.max(np.abs(trajectory.force - prescribed))) / abs(pressed))
     return worst
 
 
@@ -77,13 +77,13 @@ def command_text(limits: Any) -> str:
 
 def loops_text(limits: Any) -> str:
     """The stated error of elastic loops that lose little."""
-    each = (f"{100.0 * error:.0f} % at $\\mu = {float(tabor):g}$" for tabor, error in limits["loops"].items())
-    return "at standard accuracy this is " + " and ".join(each)
+    errors = (f"{100.0 * error:.0f} % at $\\mu = {float(tabor):g}$" for tabor, error in limits["loops"].items())
+    return "at standard accuracy this is " + " and ".join(errors)
 
 
 def elastic_text(limits: Any) -> str:
     """What an elastic contact costs the first time, and again."""
-    first, again = (one["seconds"] for one in limits["elastic"])
+    first, again = (run["seconds"] for run in limits["elastic"])
     return f"{1e3 * first:.0f} ms of processor time the first time, {1e3 * again:.1g} ms afterwards in the same process"
 
 

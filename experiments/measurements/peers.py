@@ -112,17 +112,17 @@ def adhesion_largest_tension(tabor: float, grid: int, start: float) -> float:
     def state(depth: float, guess: np.ndarray) -> tuple[float, np.ndarray]:
         offset, first = depth - 1.0, guess.copy()
         np.maximum(first[:grid, :grid], heights + offset + LEAST_GAP, out=first[:grid, :grid])
-        found = system.minimize_proxy(
+        minimum = system.minimize_proxy(
             offset=offset,
             initial_displacements=first,
             method="Newton-CG",
             hessp=system.hessian_product_function(offset),
             options={"xtol": CHANGE},
         )
-        if not found.success:
-            raise RuntimeError(f"Adhesion found no state at indentation {depth:g}, tabor {tabor:g}: {found.message}")
+        if not minimum.success:
+            raise RuntimeError(f"Adhesion found no state at indentation {depth:g}, tabor {tabor:g}: {minimum.message}")
         force = -system.compute_normal_force() / math.pi + force_beyond(half_width, depth)
-        return force, found.x.reshape(first.shape)
+        return force, minimum.x.reshape(first.shape)
 
     forces, displacements = list[float](), [np.zeros(half_space.nb_subdomain_grid_pts)]
     while not forces or max(forces) <= 0.0 or forces[-1] > ENOUGH * max(forces):
@@ -131,18 +131,18 @@ def adhesion_largest_tension(tabor: float, grid: int, start: float) -> float:
         displacements.append(displacement)
     before = max(int(np.argmax(forces)) - 1, 0)
     fine, displacement = [forces[before]], displacements[before + 1]
-    for part in range(1, 2 * FINER + 1):
-        force, displacement = state(start - STEP * (before + part / FINER), displacement)
+    for step in range(1, 2 * FINER + 1):
+        force, displacement = state(start - STEP * (before + step / FINER), displacement)
         fine.append(force)
     return highest(np.array(fine))
 
 
 def highest(values: np.ndarray) -> float:
     """Height of the parabola through the largest of equally spaced values (n,) and its neighbours."""
-    place = int(np.argmax(values))
-    if not 0 < place < len(values) - 1:
-        return float(values[place])
-    left, top, right = values[place - 1 : place + 2]
+    index = int(np.argmax(values))
+    if not 0 < index < len(values) - 1:
+        return float(values[index])
+    left, top, right = values[index - 1 : index + 2]
     bend = left - 2.0 * top + right
     return float(top - 0.125 * (right - left) ** 2 / bend) if bend < 0.0 else float(top)
 
@@ -200,29 +200,29 @@ def runs(finest: int) -> Iterator[Run]:
         yield Run(problem, "closed form", "JKR", partial(by_form, jkr, tabor))
         yield Run(problem, "closed form", "DMT", partial(by_form, dmt, tabor))
         yield Run(problem, "closed form", "Maugis-Dugdale", partial(maugis_dugdale.pull_off_force, tabor))
-        for one in ACCURACIES:
-            yield Run(problem, "solver", str(one), lambda mu=tabor, one=one: simulated(mu, one).pull_off_force)
+        for level in ACCURACIES:
+            yield Run(problem, "solver", str(level), lambda mu=tabor, level=level: simulated(mu, level).pull_off_force)
         for nodes in NODES:
             method = partial(simulate_paper_method, scene, PROTOCOL, nodes=nodes, steps=STEPS)
             find = lambda method=method: completed(method(), "the sphere by the paper's method").pull_off_force  # noqa: E731
             yield Run(problem, "paper's discretisation", f"{nodes} nodes", find)
-        for grid in (one for one in GRIDS if one <= finest):
+        for grid in (size for size in GRIDS if size <= finest):
             find = partial(adhesion_largest_tension, tabor, grid, START)
             yield Run(problem, "Adhesion", f"{grid} x {grid}", find, 1)
     exact = float(hertz.force_from_indentation(START, TABORS[0]))
-    for one in ACCURACIES:
-        find = lambda one=one: float(simulated(TABORS[0], one, adhesive=False).force.min()) / exact  # noqa: E731
-        yield Run(HERTZ, "solver", str(one), find)
+    for level in ACCURACIES:
+        find = lambda level=level: float(simulated(TABORS[0], level, adhesive=False).force.min()) / exact  # noqa: E731
+        yield Run(HERTZ, "solver", str(level), find)
     for grid in GRIDS:
         yield Run(HERTZ, "tamaas", f"{grid} x {grid}", partial(tamaas_hertz, TABORS[0], grid, START), 3)
 
 
 def measured(run: Run, exact: float) -> dict[str, Any]:
     """Seconds, value and error of a run. The first call, which may load kernels, counts only if it is the only one."""
-    found: list[float] = []
-    seconds = timed(lambda: found.append(run.find()), run.repeats, first=run.repeats > 1)
+    values: list[float] = []
+    seconds = timed(lambda: values.append(run.find()), run.repeats, first=run.repeats > 1)
     row = {name: getattr(run, name) for name in ("problem", "tool", "setting", "repeats")}
-    return row | {"seconds": median(seconds), "value": found[-1], "error": abs(found[-1] / exact - 1.0)}
+    return row | {"seconds": median(seconds), "value": values[-1], "error": abs(values[-1] / exact - 1.0)}
 
 
 def study(
@@ -235,5 +235,5 @@ def study(
     exact = {f"tabor {tabor:g}": simulated(tabor, EXACT_TARGET).pull_off_force for tabor in TABORS} | {HERTZ: 1.0}
     packages = installed()
     adhesion_largest_tension(TABORS[0], GRIDS[0] // 2, START)  # loads the package
-    rows = [measured(one, exact[one.problem]) for one in progress(list(runs(finest)), "tools")]
+    rows = [measured(problem_run, exact[problem_run.problem]) for problem_run in progress(list(runs(finest)), "tools")]
     return {"packages": packages, "exact": exact, "start": START, "runs": rows}

@@ -59,18 +59,18 @@ def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> Piecewis
 def checked(scene: Scene, protocol: IndentationProtocol, tolerance: float, quantity: str) -> dict[str, Any]:
     """One recommendation, compared with the full scene."""
     with CLOCK:
-        found = recommend(scene, protocol, tolerance, quantity=quantity)
+        advice = recommend(scene, protocol, tolerance, quantity=quantity)
     seconds = CLOCK.seconds
-    simplified = found.found_by != "nothing is left out"
-    row = {"found_by": found.found_by, "simplified": simplified, "seconds": seconds}
+    simplified = advice.found_by != "nothing is left out"
+    row = {"found_by": advice.found_by, "simplified": simplified, "seconds": seconds}
     row |= dict.fromkeys(("error", "kept", "ratio"))
     if simplified:
         history = history_of(protocol, scene.tabor)
-        full, simple = simulate(scene, protocol, ACCURACY), simulate(found.scene, found.protocol, ACCURACY)
+        full, simple = simulate(scene, protocol, ACCURACY), simulate(advice.scene, advice.protocol, ACCURACY)
         row["error"] = difference(simple, full, history, quantity)
         row["kept"] = bool(row["error"] <= tolerance)
         full_seconds = min(timed(lambda: simulate(scene, protocol), TIMED))
-        row["ratio"] = min(timed(lambda: simulate(found.scene, found.protocol), TIMED)) / full_seconds
+        row["ratio"] = min(timed(lambda: simulate(advice.scene, advice.protocol), TIMED)) / full_seconds
         row["full_seconds"] = full_seconds
     return row
 
@@ -97,10 +97,10 @@ def study(*, count: Count = 100) -> dict[str, Any]:
     results = []
     for name in SAMPLES:
         cases = sample(name, count)
-        for quantity, tolerance in ((one, each) for one, several in ASKED.items() for each in several):
+        for quantity, tolerance in ((quantity, limit) for quantity, several in ASKED.items() for limit in several):
             if quantity == "pull_off_force" and name == "no adhesion":
                 continue
             label = f"{name}, {quantity} within {tolerance:g}"
-            found = summary([checked(*case, tolerance, quantity) for case in progress(cases, label)])
-            results.append({"sample": name, "quantity": quantity, "tolerance": tolerance, **found})
+            statistics = summary([checked(*case, tolerance, quantity) for case in progress(cases, label)])
+            results.append({"sample": name, "quantity": quantity, "tolerance": tolerance, **statistics})
     return {"accuracy": ACCURACY, "results": results}

@@ -46,12 +46,12 @@ def checkout(revision: str) -> Iterator[Path]:
     """A temporary checkout of a revision of this repository."""
     git = ["git", "-C", str(ROOT), "worktree"]
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "before"
-        subprocess.run([*git, "add", "--quiet", "--detach", str(place), revision], check=True)
+        path = Path(folder) / "before"
+        subprocess.run([*git, "add", "--quiet", "--detach", str(path), revision], check=True)
         try:
-            yield place
+            yield path
         finally:
-            subprocess.run([*git, "remove", "--force", str(place)], check=True)
+            subprocess.run([*git, "remove", "--force", str(path)], check=True)
 
 
 class Solver:

@@ -7,19 +7,19 @@ import numpy as np
 LEVELS = (0.5, 0.9, 0.99)
 
 
-def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
+def force_error(force: np.ndarray, exact: np.ndarray) -> np.ndarray:
     """Mean absolute difference of two forces over the range of the exact one.
 
     Args:
-        found: Forces of shape (count, steps); NaN at steps for which a tool gives no force. These are left out.
+        force: Forces of shape (count, steps); NaN at steps for which a tool gives no force. These are left out.
         exact: Exact forces, of the same shape.
 
     Returns:
         Errors of shape (count,); NaN for a trajectory without any force.
     """
-    known = np.isfinite(found)
-    total = np.sum(np.abs(np.where(known, found - exact, 0.0)), axis=1)
-    counted = np.count_nonzero(known, axis=1)
+    finite = np.isfinite(force)
+    total = np.sum(np.abs(np.where(finite, force - exact, 0.0)), axis=1)
+    counted = np.count_nonzero(finite, axis=1)
     return np.where(counted > 0, total / np.maximum(counted, 1), np.nan) / np.ptp(exact, axis=1)
 
 
@@ -42,8 +42,8 @@ def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
     names = {"median": 50.0, "low": 25.0, "high": 75.0, "p95": 95.0, "largest": 100.0}
     if array.size == 0:
         return {"count": 0, "mean": np.nan, **dict.fromkeys(names, np.nan)}
-    found = {name: float(np.percentile(array, percent)) for name, percent in names.items()}
-    return {"count": int(array.size), "mean": float(array.mean()), **found}
+    quantiles = {name: float(np.percentile(array, percent)) for name, percent in names.items()}
+    return {"count": int(array.size), "mean": float(array.mean()), **quantiles}
 
 
 def quantiles(errors: np.ndarray) -> dict[str, float]:

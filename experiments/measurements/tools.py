@@ -53,8 +53,8 @@ def refined(cases: Sequence[Case], jobs: int) -> np.ndarray:
     """Answers of the solver at `EXACT_TARGET`, of shape (count, 122); computed once and kept."""
     key = fingerprint(solver=SOLVER_VERSION, target=EXACT_TARGET, cases=list(map(repr, cases)))
     exact, tasks = solver_at(EXACT_TARGET), [(case,) for case in cases]
-    found = kept(KEPT / f"{key}.json", lambda: in_parallel(exact, tasks, jobs=jobs, label="refined solutions"))
-    return np.array(found, dtype=float)
+    solutions = kept(KEPT / f"{key}.json", lambda: in_parallel(exact, tasks, jobs=jobs, label="refined solutions"))
+    return np.array(solutions, dtype=float)
 
 
 def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
@@ -77,8 +77,8 @@ def pretrained(name: str) -> Answers:
     model = load_surrogate(name, PUBLISHED_BANDED)
 
     def answers(cases: Sequence[Case]) -> np.ndarray:
-        found = model.predict([case.scene for case in cases], [case.protocol for case in cases])
-        return np.array([answer_of(case, one) for case, one in zip(cases, found, strict=True)])
+        predictions = model.predict([case.scene for case in cases], [case.protocol for case in cases])
+        return np.array([answer_of(case, prediction) for case, prediction in zip(cases, predictions, strict=True)])
 
     return answers
 
@@ -109,9 +109,9 @@ def ways_to_call(name: str, models: Path) -> tuple[dict[str, Answers], dict[str,
 
 def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Trajectory]:
     """What a model predicts of some protocols; only one of any solid is told the modulus ratio, and the options."""
-    asked = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
+    solids = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
     with without_extrapolation_warnings():
-        return model.predict(asked, hidden.protocols(), **options)
+        return model.predict(solids, hidden.protocols(), **options)
 
 
 FILES = ("model.weights.h5", "model.onnx", "run.json", "scaling.json", "metrics.json")

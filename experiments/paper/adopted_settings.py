@@ -22,8 +22,8 @@ from surrogate.training.recipe import Recipe
 
 def recipe() -> dict[str, Any]:
     """The recipe `paper`, with the keys of its plateau at the top level."""
-    found = Recipe.load("paper").as_dict()
-    return found | found.pop("plateau")
+    settings = Recipe.load("paper").as_dict()
+    return settings | settings.pop("plateau")
 
 
 def layers() -> dict[str, Any]:
@@ -50,9 +50,9 @@ def crack_protocol() -> dict[str, Any]:
     Raises:
         ValueError: The protocols differ in more than the unloading rate.
     """
-    first, *others = ({name: row[name] for name in QUANTITIES[:-1]} for row in paper_rows("persson_brener_protocols"))
-    if any(other != first for other in others):
-        raise ValueError(f"protocols must differ in the unloading rate alone; received {[first, *others]}")
+    first, *later = ({name: row[name] for name in QUANTITIES[:-1]} for row in paper_rows("persson_brener_protocols"))
+    if any(protocol != first for protocol in later):
+        raise ValueError(f"protocols must differ in the unloading rate alone; received {[first, *later]}")
     defaults = inspect.signature(theory.length_scale).parameters
     return first | {name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}
 

@@ -14,7 +14,7 @@ import typer
 
 def label(layer: Any) -> str:
     """Text of a box of the drawing: the kind of the layer and its size."""
-    kind, config = type(layer).__name__, layer.get_config()
+    layer_class, config = type(layer).__name__, layer.get_config()
     texts = {
         "InputLayer": lambda: "history" if layer.name == "sequence" else "Tabor",
         "LSTM": lambda: f"LSTM {config['units']}",
@@ -26,7 +26,7 @@ def label(layer: Any) -> str:
         "FiLM": lambda: "FiLM",
         "TaborGate": lambda: "Gate",
     }
-    return texts[kind]() if kind in texts else kind
+    return texts[layer_class]() if layer_class in texts else layer_class
 
 
 def kind_and_label(operations: list[Any]) -> tuple[str, str]:

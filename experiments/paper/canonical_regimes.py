@@ -24,7 +24,7 @@ def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], secon
     trajectory = case.simulated(config["accuracy"])
     steps = case.on_steps(trajectory)
     force = common.predicted(trained, steps["time"], steps["indentation"], protocol["tabor"])
-    found, reference = (
+    prediction, reference = (
         {
             "pull_off_force": float(values[FIRST_UNLOADING:].max()),
             "hysteresis": float(hysteresis(steps["indentation"][None], values[None])[0]),
@@ -36,7 +36,7 @@ def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], secon
         "protocol": {name: protocol[name] for name in QUANTITIES},
         "native": native(trajectory),
         "steps": {**steps, "predicted": force},
-        "errors_percent": {name: 100.0 * abs(found[name] - true) / abs(true) for name, true in reference.items()}
+        "errors_percent": {name: 100.0 * abs(prediction[name] - true) / abs(true) for name, true in reference.items()}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
         "seconds": seconds,
         "paper_seconds": {"solver": protocol["bem_seconds"], "surrogate": protocol["surrogate_seconds"]},
@@ -45,9 +45,9 @@ def regime(protocol: dict[str, Any], trained: Any, config: dict[str, Any], secon
 
 def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
     """Medians over the twelve protocols."""
-    columns = {name: np.array([one["seconds"][name] for one in regimes]) for name in regimes[0]["seconds"]}
-    found = {f"median_{name}_seconds": float(np.median(values)) for name, values in columns.items()}
-    return found | {"orders_of_magnitude": float(np.log10(np.median(columns["solver"] / columns["predictor"])))}
+    columns = {name: np.array([row["seconds"][name] for row in regimes]) for name in regimes[0]["seconds"]}
+    medians = {f"median_{name}_seconds": float(np.median(values)) for name, values in columns.items()}
+    return medians | {"orders_of_magnitude": float(np.log10(np.median(columns["solver"] / columns["predictor"])))}
 
 
 def study(config: Config, models: Models, canonical_times: Result) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def example(name: str, quantities: dict[str, float], accuracy: str | float = ACC
         "phase_times": case.protocol.phase_times(case.scene.tabor),
         "native": native(trajectory),
         "steps": case.on_steps(trajectory),
-        "results": {part: getattr(trajectory, part) for part in RESULTS},
+        "results": {quantity: getattr(trajectory, quantity) for quantity in RESULTS},
         "jumps": len(trajectory.jumps),
     }
 

@@ -22,8 +22,8 @@ PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_perce
 def quartile_of(mse: np.ndarray) -> np.ndarray:
     """Quartile, 0 to 3, of each trajectory by the rank of its force MSE, (n,); the sizes differ by one at most."""
     quartile = np.empty(mse.size, dtype=np.int64)
-    for index, part in enumerate(np.array_split(np.argsort(mse, kind="stable"), 4)):
-        quartile[part] = index
+    for index, rows in enumerate(np.array_split(np.argsort(mse, kind="stable"), 4)):
+        quartile[rows] = index
     return quartile
 
 

@@ -64,7 +64,7 @@ def errors_on_grid(
 
     points_per_phase = proportional_counts(total)
     times, indentations = measurement_grid(**protocols, counts=points_per_phase)
-    reference = np.stack([one.at(row) for one, row in zip(simulations, times, strict=True)])
+    reference = np.stack([trajectory.at(row) for trajectory, row in zip(simulations, times, strict=True)])
     force = common.predicted(trained, times, indentations, protocols["tabor"])
     return summary(
         trajectory_errors(
@@ -75,7 +75,7 @@ def errors_on_grid(
             times=times,
             indentations=indentations,
             unloading_from=points_per_phase[0] + points_per_phase[1] - 1,
-            native_pull_off_force=np.array([one.pull_off_force for one in simulations]),
+            native_pull_off_force=np.array([trajectory.pull_off_force for trajectory in simulations]),
         )
     )
 
@@ -85,15 +85,15 @@ def study(config: Config, models: Models, dataset: Dataset) -> dict[str, Any]:
     trained = common.load_surrogate(config["model"], models)
     rows = {int(row["sample"]): row for row in paper_rows("canonical_protocols")}
     protocols, simulations = held_out(models, dataset, config)
-    whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
+    errors = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
     sample = sample_transfer(rows[config["sample"]], trained, config)
     best = {
         "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
-        "best_for_the_test_set": min(whole, key=lambda total: whole[total]["mse"]["mean"]),
+        "best_for_the_test_set": min(errors, key=lambda total: errors[total]["mse"]["mean"]),
     }
     return {
         "config": config,
         "summary": best,
         "sample": sample,
-        "test_set": {"trajectories": len(simulations), "errors": whole},
+        "test_set": {"trajectories": len(simulations), "errors": errors},
     }

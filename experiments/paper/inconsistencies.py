@@ -22,8 +22,8 @@ def start_force() -> dict[str, float]:
     from experiments.measurements.cases import Case
 
     ramps = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 1.0, "unloading_rate": 1.0}
-    found = {mu: Case.of({"tabor": mu, **ramps}).simulated("reference") for mu in (0.2, 3.2)}
-    return {f"force at the start, mu = {mu}": float(trajectory.force[0]) for mu, trajectory in found.items()}
+    trajectories = {mu: Case.of({"tabor": mu, **ramps}).simulated("reference") for mu in (0.2, 3.2)}
+    return {f"force at the start, mu = {mu}": float(trajectory.force[0]) for mu, trajectory in trajectories.items()}
 
 
 def end_force(dataset: Path = common.DATASET) -> dict[str, float]:
@@ -65,17 +65,17 @@ def history_sum() -> dict[str, float]:
     """
     ratio, end = 0.1, 3.0
     exact = np.sin(end) - (1.0 - ratio) * 0.5 * (np.cos(end) + np.sin(end) - np.exp(-end))
-    found = {}
+    errors = {}
     for step in (0.1, 0.05):
         times = np.linspace(0.0, end, round(end / step) + 1)
         rise = np.diff(np.sin(times))
         creep = 1.0 + (ratio - 1.0) * np.exp(-(end - times))
         decay = np.exp(-step)
         mean = 1.0 + (ratio - 1.0) * (1.0 - decay) / step * np.exp(-(end - times[1:]))
-        found[f"appendix's sum, step {step}"] = float(abs(np.sum(creep[:-1] * rise) / exact - 1.0))
-        found[f"increments at the ends of steps, step {step}"] = float(abs(np.sum(creep[1:] * rise) / exact - 1.0))
-        found[f"linear traction in each step, step {step}"] = float(abs(np.sum(mean * rise) / exact - 1.0))
-    return found
+        errors[f"appendix's sum, step {step}"] = float(abs(np.sum(creep[:-1] * rise) / exact - 1.0))
+        errors[f"increments at the ends of steps, step {step}"] = float(abs(np.sum(creep[1:] * rise) / exact - 1.0))
+        errors[f"linear traction in each step, step {step}"] = float(abs(np.sum(mean * rise) / exact - 1.0))
+    return errors
 
 
 def concatenation_point() -> dict[str, float]:
@@ -142,7 +142,7 @@ def study(
     """
     if unknown := sorted(set(only or ()) - set(SLIPS)):
         raise ValueError(f"--only must be one of {', '.join(SLIPS)}; received {unknown[0]!r}")
-    found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in only or SLIPS}
-    for name, values in found.items():
-        print(name, *(f"  {what}: {value:.6g}" for what, value in values.items()), sep="\n")
-    return None if only else {"slips": found}
+    slips = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in only or SLIPS}
+    for name, values in slips.items():
+        print(name, *(f"  {quantity}: {value:.6g}" for quantity, value in values.items()), sep="\n")
+    return None if only else {"slips": slips}

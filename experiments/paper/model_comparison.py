@@ -27,23 +27,23 @@ PAPER_TRAINED_INPUTS["D"] = PAPER_TRAINED[REFERENCE]
 """The same of the reference model, by its input representation."""
 WORDED = f"{REFERENCE}-as-worded"
 """Label of the reference model trained by the paper's words, without Keras's threshold of the plateau."""
-PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, one in PAPER_TRAINED_INPUTS.items()}
+PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": label for name, label in PAPER_TRAINED_INPUTS.items()}
 """Both, by their names in the rankings."""
 
 
 def read_history(folder: Path) -> dict[str, list[float]]:
     """Epochs, learning rates, errors and core seconds of a model directory, as columns."""
-    found, names = (
+    table, names = (
         read_table(folder, "history"),
         ("epoch", "learning_rate", "train_mse", "validation_mse", "cpu_seconds"),
     )
-    return {name: found[name].tolist() for name in names}
+    return {name: table[name].tolist() for name in names}
 
 
 def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:
     """Core minutes until the validation MSE is at most `mse` for the first time; `None` if it never is."""
     pairs = zip(history["cpu_seconds"], history["validation_mse"], strict=True)
-    return next((seconds / 60.0 for seconds, found in pairs if found <= mse), None)
+    return next((seconds / 60.0 for seconds, error in pairs if error <= mse), None)
 
 
 def paper_mse() -> float:
@@ -55,7 +55,7 @@ def epoch_seconds(speed: Any, recipe: dict[str, Any], architecture: str, traject
     """Core seconds of the batches of an epoch, where the study `training_speed`, of this result, has timed them."""
     if speed is None:
         return None
-    ours = {name: one["seconds_per_batch"] for name, one in speed["models"].items()}
+    ours = {name: record["seconds_per_batch"] for name, record in speed["models"].items()}
     timed = {speed["recipe"]: ours, "paper": speed.get("by_paper_recipe", {})}
     batch = timed.get(recipe["name"], {}).get(architecture)
     return batch and -(-trajectories // recipe["batch_size"]) * batch["median"]
@@ -69,11 +69,11 @@ def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
     """
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
     history, recipe = read_history(folder), read_recipe(folder, run)
-    each = epoch_seconds(speed, recipe, run["architecture"], run["training_trajectories"])
-    if each is not None:
-        history["cpu_seconds"] = [epoch * each for epoch in history["epoch"]]
+    seconds_per_epoch = epoch_seconds(speed, recipe, run["architecture"], run["training_trajectories"])
+    if seconds_per_epoch is not None:
+        history["cpu_seconds"] = [epoch * seconds_per_epoch for epoch in history["epoch"]]
     recorded = None if run.get("device") else metrics["cpu_seconds"]
-    seconds = recorded if each is None else history["cpu_seconds"][-1]
+    seconds = recorded if seconds_per_epoch is None else history["cpu_seconds"][-1]
     return {
         **{name: metrics[name] for name in ("parameters", "test", "epochs", "best_epoch")},
         **{name: metrics["test"][name]["mean"] for name in METRICS},
@@ -95,70 +95,70 @@ def published(models: Path) -> dict[str, TrainingIdentity]:
     return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
 
 
-def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
+def trained_otherwise(trained: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
     """Models that cannot be compared with the others, each with words for what differs: recipe, data set and so on.
 
     `dataset` is the digest of the data set on which the models must have been trained.
     """
-    current = {name: found[name] for name in paper_names() if name in found and found[name].dataset == dataset}
+    current = {name: trained[name] for name in paper_names() if name in trained and trained[name].dataset == dataset}
     measure = current.get(REFERENCE) or next(iter(current.values()), None)
-    words = {}
-    for name, one in found.items():
-        if one.dataset != dataset:
-            words[name] = ["data set"]
+    reasons = {}
+    for name, identity in trained.items():
+        if identity.dataset != dataset:
+            reasons[name] = ["data set"]
         elif measure is not None:
             # A published model may be the median of several seeds.
-            one, other = one.of_any_seed(), measure.of_any_seed()
-            words[name] = differences(one, other, ALIKE if name in paper_names() else HELD_OUT)
-    return {name: other for name, other in words.items() if other}
+            any_seed, reference = identity.of_any_seed(), measure.of_any_seed()
+            reasons[name] = differences(any_seed, reference, ALIKE if name in paper_names() else HELD_OUT)
+    return {name: differing for name, differing in reasons.items() if differing}
 
 
-def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
+def outdated(trained: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
     """One sentence for each model that cannot be compared with the others: what differs, and what to do."""
     return {
-        name: f"{name} is left out, because its {' and '.join(words)} is not that of the comparison: "
+        name: f"{name} is left out, because its {' and '.join(reasons)} is not that of the comparison: "
         f"remove {str(models / name)!r} and train it again."
-        for name, words in trained_otherwise(found, dataset).items()
+        for name, reasons in trained_otherwise(trained, dataset).items()
     }
 
 
-def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def comparison(models: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Ranking by held-out MSE, and what follows from it; a value that needs a missing model is `None`.
 
     The second family is the family of the best model outside the reference model's family.
     """
-    ranking = sorted(found, key=lambda name: found[name]["mse"])
+    ranking = sorted(models, key=lambda name: models[name]["mse"])
     best = {}
     for family in PAPER_FAMILIES:
         members = [name for name in ranking if name.startswith(f"{family}-")]
         best[family] = members[0].split("-")[1] if len(members) == len(CONDITIONINGS) else None
-    complete = len(found) == len(paper_names())
-    others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
+    complete = len(models) == len(paper_names())
+    other_families = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
     return {
         "ranking": ranking,
         "best": ranking[0] if complete else None,
         "concatenation_suffices": ranking[0].endswith("-concat") if complete else None,
-        "second_family": others[0] if complete else None,
+        "second_family": other_families[0] if complete else None,
         "best_conditioning": best,
-        "most_epochs": max(one["epochs"] for one in found.values()),
+        "most_epochs": max(model["epochs"] for model in models.values()),
     }
 
 
 def by_paper_recipe(beside: dict[str, dict[str, Any]], hours: dict[str, float | None]) -> dict[str, Any]:
     """The trainings that the paper's recipe ended, and their `hours`; what needs one that is missing is `None`."""
     labelled = {name: label for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
-    found = {name: beside[label] for name, label in labelled.items() if beside[label]["ended_by"] == "recipe"}
-    trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
+    finished = {name: beside[label] for name, label in labelled.items() if beside[label]["ended_by"] == "recipe"}
+    trained = {name: model for name, model in finished.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
     taken = {name: hours[PAPER_TRAINED[name]] for name in trained}
     longest = max(taken, key=lambda name: taken[name]) if complete and all(taken.values()) else None
-    inputs = {name: found.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
+    inputs = {name: finished.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
-        "mse": {name: one["mse"] for name, one in found.items()},
+        "mse": {name: model["mse"] for name, model in finished.items()},
         "longest_training": longest,
         "longest_training_hours": taken[longest] if longest else None,
-        "most_epochs": max(one["epochs"] for one in trained.values()) if complete else None,
+        "most_epochs": max(model["epochs"] for model in trained.values()) if complete else None,
         "validation_mse": inputs,
         "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
     }
@@ -173,23 +173,23 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
     lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
     read = {name: read_model(models / name) for name in lineages if name not in old}
-    found = {name: one for name, one in read.items() if name in paper_names()}
-    if not found:
+    ranked = {name: run for name, run in read.items() if name in paper_names()}
+    if not ranked:
         lacking = f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the 18."
         raise FileNotFoundError(" ".join([lacking, *old.values()]))
     beside = {
-        name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
+        name: {"architecture": lineages[name].architecture, **run} for name, run in read.items() if name not in ranked
     }
     missing = [name for name in paper_names() if name not in lineages]
     hours = {name: read_model(models / name, training_speed)["hours"] for name in beside}
     return {
         "dataset_sha256": digest,
-        "models": found,
+        "models": ranked,
         "beside": beside,
         "missing": missing,
         "outdated": old,
         "differences": trained_otherwise(lineages, digest),
         "expected": len(paper_names()),
-        "comparison": comparison(found),
+        "comparison": comparison(ranked),
         "by_paper_recipe": by_paper_recipe(beside, hours),
     }

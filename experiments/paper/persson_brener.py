@@ -39,7 +39,7 @@ def edge_velocity(trajectory: Trajectory, within: float) -> float:
     rows = np.flatnonzero(near)
     # Only the steps around the peak without a gap, and at least two steps before it.
     pieces = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-    piece = next(part for part in pieces if part[0] <= peak <= part[-1])
+    piece = next(candidate for candidate in pieces if candidate[0] <= peak <= candidate[-1])
     begin, end = min(piece[0], peak - 2), piece[-1]
     time, radius = (values[begin : end + 1] for values in (trajectory.time, trajectory.contact_radius))
     scale = max(time[-1] - time[0], 1e-300)
@@ -74,13 +74,13 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
 
 def summary(points: list[dict[str, float]]) -> dict[str, float]:
     """Median and largest deviations, in percent."""
-    columns = {name: np.array([one[name] for one in points]) for name in points[0] if name != "protocol"}
-    found = {}
+    columns = {name: np.array([row[name] for row in points]) for name in points[0] if name != "protocol"}
+    deviations = {}
     for value, reference in (("solver", "theory"), ("solver", "theory_at_own_velocity"), ("surrogate", "theory")):
         deviation, name = 100.0 * np.abs(columns[value] / columns[reference] - 1.0), f"{value}_against_{reference}"
-        found[f"{name}_median_percent"] = float(np.median(deviation))
-        found[f"{name}_largest_percent"] = float(deviation.max())
-    return found
+        deviations[f"{name}_median_percent"] = float(np.median(deviation))
+        deviations[f"{name}_largest_percent"] = float(deviation.max())
+    return deviations
 
 
 def study(config: Config, models: Models) -> dict[str, Any]:
@@ -88,20 +88,20 @@ def study(config: Config, models: Models) -> dict[str, Any]:
     trained = common.load_surrogate(config["model"], models)
     protocols = paper_rows("persson_brener_protocols")
     points = [point(protocol, trained, config) for protocol in protocols]
-    velocities = np.array([one["crack_velocity"] for one in points])
+    velocities = np.array([row["crack_velocity"] for row in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
-    found = summary(points)
-    highest, trained_up_to = max(one["tabor"] for one in protocols), trained.scaling.ranges["tabor"][1]
+    statistics = summary(points)
+    highest, trained_up_to = max(protocol["tabor"] for protocol in protocols), trained.scaling.ranges["tabor"][1]
     # How far above the trained range, in percent of its upper end.
-    found["extrapolation_percent"] = max(0.0, 100.0 * (highest / trained_up_to - 1.0))
-    found["trained_up_to_tabor"] = trained_up_to
+    statistics["extrapolation_percent"] = max(0.0, 100.0 * (highest / trained_up_to - 1.0))
+    statistics["trained_up_to_tabor"] = trained_up_to
     limits = theory.effective_energy(np.array([0.0, LARGE]), config["modulus_ratio"])
-    found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
-    found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))
+    statistics |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
+    statistics["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))
     energies = theory.effective_energy(curve, config["modulus_ratio"])
     return {
         "config": config,
-        "summary": found,
+        "summary": statistics,
         "points": points,
         "theory": {"crack_velocity": curve.tolist(), "effective_energy": energies.tolist()},
     }

@@ -100,13 +100,13 @@ def compared(scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
 
 def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
     """One named extreme, compared with its refinement and at the coarser accuracies."""
-    found = compared(scene, protocol)
+    comparison = compared(scene, protocol)
     runs = {str(accuracy): simulate(scene, protocol, accuracy) for accuracy in COARSER}
-    exact = found["refined_pull_off_force"]
+    exact = comparison["refined_pull_off_force"]
     coarse = {
-        key: {"status": one.status, "change": relative_change(one.pull_off_force, exact)} for key, one in runs.items()
+        key: {"status": run.status, "change": relative_change(run.pull_off_force, exact)} for key, run in runs.items()
     }
-    return {"name": name, **found, "coarse": coarse}
+    return {"name": name, **comparison, "coarse": coarse}
 
 
 def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
@@ -118,8 +118,8 @@ def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, An
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
     cases = [Case.of(point) for point in points]
     tasks = [(case.scene, case.protocol) for case in cases]
-    found = in_parallel(compared, tasks, jobs=jobs, label="random protocols")
-    rows = [{**point, **one} for point, one in zip(points, found, strict=True)]
+    comparisons = in_parallel(compared, tasks, jobs=jobs, label="random protocols")
+    rows = [{**point, **comparison} for point, comparison in zip(points, comparisons, strict=True)]
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
     named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
     return {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}

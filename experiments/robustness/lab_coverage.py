@@ -101,19 +101,19 @@ def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
     )
 
 
-def drawn_curve(kind: str, seed: int, number: int) -> tuple[ForceCurve, Setup, dict[str, float]]:
+def drawn_curve(group: str, seed: int, number: int) -> tuple[ForceCurve, Setup, dict[str, float]]:
     """A noisy curve of a class or an instrument, what is known of its setup, and the truth."""
-    if kind in CLASSES:
-        return CLASSES[kind](np.random.default_rng([number, 7 + seed]))
-    rng = np.random.default_rng([seed, list(INSTRUMENTS).index(kind), number])
-    truth = drawn(rng, kind)
+    if group in CLASSES:
+        return CLASSES[group](np.random.default_rng([number, 7 + seed]))
+    rng = np.random.default_rng([seed, list(INSTRUMENTS).index(group), number])
+    truth = drawn(rng, group)
     curve = measured(truth, rng)
     return curve, guess_setup(curve, radius=RADIUS), truth
 
 
-def one_case(kind: str, seed: int, number: int) -> dict[str, Any]:
+def one_case(group: str, seed: int, number: int) -> dict[str, Any]:
     """Truth, estimates and intervals of a case, and whether the right model was chosen, or any."""
-    curve, setup, truth = drawn_curve(kind, seed, number)
+    curve, setup, truth = drawn_curve(group, seed, number)
     with CLOCK:
         try:
             result = fit(curve, setup)
@@ -124,7 +124,7 @@ def one_case(kind: str, seed: int, number: int) -> dict[str, Any]:
         "truth": truth,
         "seconds": CLOCK.seconds,
         "model": result.model,
-        "right": (kind if kind in CLASSES else "solver") in (result.model, *result.alike),
+        "right": (group if group in CLASSES else "solver") in (result.model, *result.alike),
         "misfit": result.misfit,
         "values": {name: result.values[name] for name in names},
         "inside": {name: result.intervals[name][0] <= truth[name] <= result.intervals[name][1] for name in names},
@@ -136,10 +136,10 @@ def counted(results: list[dict[str, Any]]) -> dict[str, Any]:
     fitted = [result for result in results if "values" in result]
     quantities = {}
     for name in QUANTITIES:
-        found = [result for result in fitted if name in result["inside"]]
-        if found:
-            errors = [abs(result["values"][name] / result["truth"][name] - 1.0) for result in found]
-            inside = [result["inside"][name] for result in found]
+        bounded = [result for result in fitted if name in result["inside"]]
+        if bounded:
+            errors = [abs(result["values"][name] / result["truth"][name] - 1.0) for result in bounded]
+            inside = [result["inside"][name] for result in bounded]
             quantities[name] = {"inside": float(np.mean(inside)), "median_error": float(np.median(errors))}
     seconds = [result["seconds"] for result in fitted] or [np.nan]
     return {
@@ -156,14 +156,14 @@ def counted(results: list[dict[str, Any]]) -> dict[str, Any]:
 def page_text(lab_coverage: Any) -> str:
     """The table of docs/laboratory.md."""
     rows = []
-    for kind in (*CLASSES, *INSTRUMENTS):
-        group, cells = lab_coverage[kind], []
+    for group_name in (*CLASSES, *INSTRUMENTS):
+        group, cells = lab_coverage[group_name], []
         for name in QUANTITIES:
-            found = group["quantities"].get(name)
-            error = "" if name == "contact_point" else f" ({100.0 * (found or {}).get('median_error', 0.0):.2f} %)"
-            cells.append(f"{100.0 * found['inside']:.1f} %{error}" if found else "")
+            statistics = group["quantities"].get(name)
+            error = "" if name == "contact_point" else f" ({100.0 * (statistics or {}).get('median_error', 0.0):.2f} %)"
+            cells.append(f"{100.0 * statistics['inside']:.1f} %{error}" if statistics else "")
         seconds = f"{group['median_seconds']:.2g}, {group['longest_seconds']:.2g}"
-        rows.append([INSTRUMENTS.get(kind, kind), f"{group['right']} of {group['cases']}", *cells, seconds])
+        rows.append([INSTRUMENTS.get(group_name, group_name), f"{group['right']} of {group['cases']}", *cells, seconds])
     names = [name.replace("relaxed_", "").replace("_", " ") for name in QUANTITIES]
     return markdown_table(
         ["class", "right model", *names, "CPU s: median, longest"], rows, "lr" + "r" * len(names) + "r"
@@ -172,14 +172,14 @@ def page_text(lab_coverage: Any) -> str:
 
 def limits_text(lab_coverage: Any) -> str:
     """How often the intervals of the solver's own curves contain the truth, and how long its fits take at most."""
-    words, groups = [], [lab_coverage[kind] for kind in INSTRUMENTS]
+    sentences, groups = [], [lab_coverage[instrument] for instrument in INSTRUMENTS]
     for name, group in zip(INSTRUMENTS, groups, strict=True):
-        shares = [100.0 * found["inside"] for found in group["quantities"].values()]
-        words.append(
+        shares = [100.0 * quantity["inside"] for quantity in group["quantities"].values()]
+        sentences.append(
             f"{min(shares):.0f} to {max(shares):.0f} % ({name} moved, {group['right']} of {group['cases']} right)"
         )
     longest = max(group["longest_seconds"] for group in groups)
-    return f"{' and '.join(words)}; a fit takes up to {longest:.0f} s of processor time"
+    return f"{' and '.join(sentences)}; a fit takes up to {longest:.0f} s of processor time"
 
 
 def study(
@@ -193,9 +193,9 @@ def study(
     """Draw, fit and count."""
     code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.rglob("*.py"))]
     code += [Path(module.__file__).read_text(encoding="utf-8") for module in (sys.modules[__name__], lab_curves)]
-    place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
-    content: dict[str, Any] = {"noise": NOISE, "points": POINTS}
-    for kind, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
-        wanted = [(place / f"{kind}-{number}.json", partial(one_case, kind, seed, number)) for number in range(count)]
-        content[kind] = counted(in_parallel(kept, wanted, jobs=jobs, label=f"fits, {kind}"))
-    return content
+    cache = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
+    counts: dict[str, Any] = {"noise": NOISE, "points": POINTS}
+    for group, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
+        tasks = [(cache / f"{group}-{number}.json", partial(one_case, group, seed, number)) for number in range(count)]
+        counts[group] = counted(in_parallel(kept, tasks, jobs=jobs, label=f"fits, {group}"))
+    return counts

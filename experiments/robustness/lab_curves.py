@@ -21,8 +21,8 @@ def stage_path(rng, far, deep, dwell=0.0, points=POINTS):
     speed = (far + deep) / rng.uniform(0.3, 1.0)
     ramp = (far + deep) / speed
     time = np.linspace(0.0, 2.0 * ramp + dwell * ramp, points)
-    place = np.minimum(np.minimum(-far + speed * time, deep), deep - speed * (time - ramp - dwell * ramp))
-    return time, place
+    position = np.minimum(np.minimum(-far + speed * time, deep), deep - speed * (time - ramp - dwell * ramp))
+    return time, position
 
 
 def hertz(rng):
@@ -31,7 +31,7 @@ def hertz(rng):
     deep, reduced = 0.1 * radius, modulus / INCOMPRESSIBLE
     stiffness = None if rng.random() < 0.5 else 4.0 * reduced * np.sqrt(radius * deep) * rng.uniform(0.2, 2.0)
     press = 0.0 if stiffness is None else 4 / 3 * reduced * np.sqrt(radius) * deep**1.5 / stiffness
-    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * (deep + press), deep + press, rng.choice([0.0, 0.3]))
+    time, position = stage_path(rng, rng.uniform(0.5, 2.0) * (deep + press), deep + press, rng.choice([0.0, 0.3]))
 
     def tension_at(depth):
         return -4 / 3 * reduced * np.sqrt(radius) * max(depth, 0.0) ** 1.5
@@ -39,19 +39,19 @@ def hertz(rng):
     def held(stage):
         return brentq(lambda depth: stiffness * (depth - stage) - tension_at(depth), 0.0, stage, xtol=1e-16)
 
-    tension = np.array([tension_at(held(stage) if stiffness and stage > 0.0 else stage) for stage in place])
-    known = {"radius": radius, "relaxed_modulus": 1e4, "stiffness": stiffness}
-    return time, place, tension, known, {"relaxed_modulus": modulus}
+    tension = np.array([tension_at(held(stage) if stiffness and stage > 0.0 else stage) for stage in position])
+    setup = {"radius": radius, "relaxed_modulus": 1e4, "stiffness": stiffness}
+    return time, position, tension, setup, {"relaxed_modulus": modulus}
 
 
 def cone(rng):
     """Sneddon's cone."""
     modulus, angle = 10 ** rng.uniform(3.0, 6.0), rng.uniform(15.0, 40.0)
     deep = 1e-6
-    time, place = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
-    tension = -2 / np.pi * modulus / INCOMPRESSIBLE * np.tan(np.radians(angle)) * np.maximum(place, 0.0) ** 2
-    known = {"radius": 1e-8, "relaxed_modulus": 1e4, "half_angle": angle}
-    return time, place, tension, known, {"relaxed_modulus": modulus}
+    time, position = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
+    tension = -2 / np.pi * modulus / INCOMPRESSIBLE * np.tan(np.radians(angle)) * np.maximum(position, 0.0) ** 2
+    setup = {"radius": 1e-8, "relaxed_modulus": 1e4, "half_angle": angle}
+    return time, position, tension, setup, {"relaxed_modulus": modulus}
 
 
 def dmt(rng):
@@ -62,15 +62,15 @@ def dmt(rng):
     deep = (rng.uniform(1.5, 4.0) * pull / hertzian) ** (2 / 3)
     stiffness = pull / deep * rng.uniform(0.2, 3.0)
     top = deep + (hertzian * deep**1.5 - pull) / stiffness
-    time, place = stage_path(rng, rng.uniform(0.7, 2.0) * (top + pull / stiffness), top)
-    tension = np.zeros(place.size)
+    time, position = stage_path(rng, rng.uniform(0.7, 2.0) * (top + pull / stiffness), top)
+    tension = np.zeros(position.size)
     # In contact from stage 0 on, and back to where the depth is zero again.
-    for i in range(np.argmax(place > 0.0), place.size - np.argmax(place[::-1] > -pull / stiffness)):
-        balance = lambda d, z=place[i]: stiffness * (d - z) - pull + hertzian * d**1.5  # noqa: E731
-        depth = brentq(balance, 0.0, abs(place[i]) + 2.0 * pull / stiffness, xtol=1e-18)
-        tension[i] = stiffness * (depth - place[i])
-    known = {"radius": radius, "relaxed_modulus": 1e9, "stiffness": stiffness}
-    return time, place, tension, known, {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    for i in range(np.argmax(position > 0.0), position.size - np.argmax(position[::-1] > -pull / stiffness)):
+        balance = lambda d, z=position[i]: stiffness * (d - z) - pull + hertzian * d**1.5  # noqa: E731
+        depth = brentq(balance, 0.0, abs(position[i]) + 2.0 * pull / stiffness, xtol=1e-18)
+        tension[i] = stiffness * (depth - position[i])
+    setup = {"radius": radius, "relaxed_modulus": 1e9, "stiffness": stiffness}
+    return time, position, tension, setup, {"relaxed_modulus": modulus, "work_of_adhesion": work}
 
 
 def jkr(rng):
@@ -89,23 +89,23 @@ def jkr(rng):
     radii = np.linspace(0.05 * a0, rng.uniform(1.1, 1.5) * a0, 200_001)
     stages = stage_of(radii)
     turn = int(np.argmin(stages))
-    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * (stages[-1] - stages[turn]) - stages[turn], stages[-1])
-    tension = np.zeros(place.size)
-    for i in range(np.argmax(place > 0.0), place.size - np.argmax(place[::-1] > stages[turn])):
-        tension[i] = force_of(brentq(lambda a, z=place[i]: stage_of(a) - z, radii[turn], radii[-1] * 1.001))
-    known = {"radius": radius, "relaxed_modulus": 1e6, "stiffness": stiffness}
-    return time, place, tension, known, {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    time, position = stage_path(rng, rng.uniform(0.5, 1.5) * (stages[-1] - stages[turn]) - stages[turn], stages[-1])
+    tension = np.zeros(position.size)
+    for i in range(np.argmax(position > 0.0), position.size - np.argmax(position[::-1] > stages[turn])):
+        tension[i] = force_of(brentq(lambda a, z=position[i]: stage_of(a) - z, radii[turn], radii[-1] * 1.001))
+    setup = {"radius": radius, "relaxed_modulus": 1e6, "stiffness": stiffness}
+    return time, position, tension, setup, {"relaxed_modulus": modulus, "work_of_adhesion": work}
 
 
 def ting(rng):
     """Ting's integrals for a standard linear solid, with a dwell of the sphere."""
     radius, modulus, ratio = 10e-6, 10 ** rng.uniform(2.5, 4.0), rng.uniform(0.2, 0.6)
     deep = 1e-6
-    time, place = stage_path(rng, rng.uniform(0.5, 1.5) * deep, deep, dwell=rng.uniform(0.5, 2.0), points=1500)
+    time, position = stage_path(rng, rng.uniform(0.5, 1.5) * deep, deep, dwell=rng.uniform(0.5, 2.0), points=1500)
     relaxation = 10 ** rng.uniform(-1.3, 0.0) * (time[-1] - time[0]) * 0.3
     # Corners of the path do not fall on the fine grid exactly; both sides use the same path.
     fine = np.linspace(time[0], time[-1], 6001)
-    path, middle = np.interp(fine, time, place), 0.5 * (fine[1:] + fine[:-1])
+    path, middle = np.interp(fine, time, position), 0.5 * (fine[1:] + fine[:-1])
     depth, rate = np.maximum(path, 0.0), np.diff(path)
     power = np.diff(depth**1.5)
     top, touched = int(np.flatnonzero(rate < 0.0)[0]), np.flatnonzero(depth > 0.0)[0]
@@ -129,7 +129,7 @@ def ting(rng):
         loading[n] = np.sum(relaxed[:m] * power[:m]) + share * relaxed[m] * power[m]
     tension = -4 / 3 * np.sqrt(radius) * np.interp(time, fine, loading)
     truth = {"relaxed_modulus": modulus, "modulus_ratio": ratio, "retardation_time": relaxation / ratio}
-    return time, place, tension, {"radius": radius, "relaxed_modulus": 1e4}, truth
+    return time, position, tension, {"radius": radius, "relaxed_modulus": 1e4}, truth
 
 
 def measured(form, rng, noise=None, correlation=0.0):
@@ -137,24 +137,24 @@ def measured(form, rng, noise=None, correlation=0.0):
 
     `noise` is a share of the range of the force, by default 0.2 to 5 %, log-uniform.
     """
-    time, place, tension, known, truth = form(rng)
+    time, position, tension, setup, truth = form(rng)
     noise = noise or float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
-    size, speed = np.ptp(tension), np.gradient(place, time)
+    size, speed = np.ptp(tension), np.gradient(position, time)
     disturbances = {
         "force_offset": rng.uniform(-0.3, 0.3) * size,
-        "tilt": rng.uniform(-0.05, 0.05) * size / np.ptp(place),
+        "tilt": rng.uniform(-0.05, 0.05) * size / np.ptp(position),
         "drag": rng.uniform(0.0, 0.03) * size / np.abs(speed).max(),
     }
     offset, tilt, drag = disturbances.values()
     scatter = rng.standard_normal(time.size)
     for i in range(1, time.size if correlation else 0):
         scatter[i] = correlation * scatter[i - 1] + np.sqrt(1.0 - correlation**2) * scatter[i]
-    force = tension + (offset + tilt * place - drag * speed) + noise * size * scatter
-    contact_point = rng.uniform(-1.0, 1.0) * np.ptp(place)
-    stage, stiffness = place + contact_point, known.get("stiffness")
+    force = tension + (offset + tilt * position - drag * speed) + noise * size * scatter
+    contact_point = rng.uniform(-1.0, 1.0) * np.ptp(position)
+    stage, stiffness = position + contact_point, setup.get("stiffness")
     behind = {"indentation": stage + force / stiffness, "stage": stage} if stiffness else {"indentation": stage}
     curve = ForceCurve(time=time, force=force, **behind)
-    return curve, Setup(work_of_adhesion=1e-3, **known), disturbances | {"contact_point": contact_point} | truth
+    return curve, Setup(work_of_adhesion=1e-3, **setup), disturbances | {"contact_point": contact_point} | truth
 
 
 CLASSES = {form.__name__: partial(measured, form) for form in (hertz, cone, dmt, jkr, ting)}

@@ -40,19 +40,19 @@ DWELL, REFINEMENT = 0.1, 4.0
 
 def soaked(point: dict[str, float]) -> dict[str, Any]:
     """Simulate one protocol: its status, and whether its results are finite. An exception becomes the status."""
-    found = {"raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
+    outcome = {"raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
     try:
         trajectory = Case.of(point).run(ACCURACY)
     except Exception as error:
-        return found | {"status": f"{type(error).__name__}: {error}", "raised": True}
+        return outcome | {"status": f"{type(error).__name__}: {error}", "raised": True}
     arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
     scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
     finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
-    found |= {"status": trajectory.status, "seconds": trajectory.stats.seconds}
+    outcome |= {"status": trajectory.status, "seconds": trajectory.stats.seconds}
     if not (trajectory.completed and finite):
-        return found | {"silent": trajectory.completed}
+        return outcome | {"silent": trajectory.completed}
     spikes = lone_spikes(trajectory.force, trajectory.pull_off_force)
-    return found | {"spikes": len(spikes), "spike_share": float(spikes.max(initial=0.0))}
+    return outcome | {"spikes": len(spikes), "spike_share": float(spikes.max(initial=0.0))}
 
 
 def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
@@ -88,8 +88,8 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
 
 def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
     """Summary of all chunks; `notable` are the first that did not complete, or not as they should."""
-    rows = [row for one in chunks for row in one["rows"]]
-    memory = np.array([one["memory"] for one in chunks], dtype=float)
+    rows = [row for group in chunks for row in group["rows"]]
+    memory = np.array([group["memory"] for group in chunks], dtype=float)
     half, enough = len(memory) // 2, len(memory) >= CHUNKS_FOR_MEMORY
     wrong = [row for row in rows if not is_completed(row["status"]) or row["silent"] or row["spikes"]]
     return {
@@ -113,13 +113,13 @@ def study_soak(
     folder: Annotated[Path, typer.Option(help="Folder in which the chunks are kept.")] = KEPT,
 ) -> dict[str, Any]:
     """The soak: random scenes of every kind, and how each ends. It goes on where it stopped."""
-    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
+    result: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
     for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
         tasks = [(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
         chunks = in_parallel(chunk, tasks, jobs=jobs, label=f"{where}, chunks of {CHUNK}")
         if chunks:
-            content[where] = summary(chunks)
-    return content
+            result[where] = summary(chunks)
+    return result
 
 
 def large(count: int, seed: int) -> list[dict[str, Any]]:
@@ -156,14 +156,14 @@ def solved(row: dict[str, Any], refine: bool) -> dict[str, Any]:
     """How one scene ended, and how much its largest compression and tension change under refinement."""
     simulate(Scene(1.0), LoadingProtocol(peak_indentation=2, loading_rate=1, dwell_time=0, unloading_rate=1))
     with CLOCK:
-        found = simulate(*case(row), "draft")
-    result = {**row, "status": found.status, "method": found.stats.method, "seconds": CLOCK.seconds}
-    if refine and found.completed:
+        trajectory = simulate(*case(row), "draft")
+    result = {**row, "status": trajectory.status, "method": trajectory.stats.method, "seconds": CLOCK.seconds}
+    if refine and trajectory.completed:
         fine = simulate(*case(row), resolve_accuracy("draft").target / REFINEMENT)
         scale = max(fine.pull_off_force, 1.0)
         result["change"] = max(
-            abs(found.pull_off_force - fine.pull_off_force) / scale,
-            abs(found.max_compression - fine.max_compression) / max(scale, abs(fine.max_compression)),
+            abs(trajectory.pull_off_force - fine.pull_off_force) / scale,
+            abs(trajectory.max_compression - fine.max_compression) / max(scale, abs(fine.max_compression)),
         )
     return result
 
@@ -174,8 +174,8 @@ def page_text(large_tabor: Any) -> str:
     for slow, fast in pairwise(RATES):
         cells = [f"{slow:g} to {fast:g}"]
         for low, high in pairwise(TABORS):
-            here = [row for row in rows if slow <= row["rate"] < fast and low <= row["tabor"] < high]
-            cells.append(f"{sum(is_completed(row['status']) for row in here)} of {len(here)}")
+            cell = [row for row in rows if slow <= row["rate"] < fast and low <= row["tabor"] < high]
+            cells.append(f"{sum(is_completed(row['status']) for row in cell)} of {len(cell)}")
         table.append(cells)
     heads = [f"$\\mu$ {low:g} to {high:g}" for low, high in pairwise(TABORS)]
     changes = [row["change"] for row in rows if "change" in row]

@@ -40,32 +40,34 @@ MOST_IN_A_CORNER = 3.0
 def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -> dict[str, np.ndarray]:
     """Errors in percent, what lies inside, and widths over the result in percent, of each protocol."""
     banded = name in BANDED
-    found, rows = predicted(model, name, hidden, **({"coverage": COVERAGE} if banded else {})), []
-    for one, true in zip(found, exact, strict=True):
+    answers, rows = predicted(model, name, hidden, **({"coverage": COVERAGE} if banded else {})), []
+    for answer, true in zip(answers, exact, strict=True):
         turn = int(np.argmax(true.indentation)) + 1
         pressing = abs(float(np.trapezoid(true.force[:turn], true.indentation[:turn])))  # type: ignore[attr-defined]
         unit = max(true.hysteresis, 0.01 * pressing)
-        rows.append([abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit])
+        rows.append(
+            [abs(answer.pull_off_force / true.pull_off_force - 1.0), abs(answer.hysteresis - true.hysteresis) / unit]
+        )
         if not banded:
             continue
-        force = true.at(one.time)
-        intervals = one.pull_off_interval, one.pull_off_time_interval, one.hysteresis_interval
+        force = true.at(answer.time)
+        intervals = answer.pull_off_interval, answer.pull_off_time_interval, answer.hysteresis_interval
         values = true.pull_off_force, true.pull_off_time, true.hysteresis
         inside = [low <= value <= high for (low, high), value in zip(intervals, values, strict=True)]
-        inside.append(np.mean((one.force_lower <= force) & (force <= one.force_upper)))
-        inside.append(np.all((one.curve_lower <= force) & (force <= one.curve_upper)))
-        widths = [np.ptp(one.pull_off_interval) / true.pull_off_force, np.ptp(one.hysteresis_interval) / unit]
+        inside.append(np.mean((answer.force_lower <= force) & (force <= answer.force_upper)))
+        inside.append(np.all((answer.curve_lower <= force) & (force <= answer.curve_upper)))
+        widths = [np.ptp(answer.pull_off_interval) / true.pull_off_force, np.ptp(answer.hysteresis_interval) / unit]
         rows[-1] += [*inside, *widths]
     columns = np.array(rows, dtype=float).T
     names = ("pull_off", "hysteresis", *(f"inside/{name}" for name in INSIDE), "width/pull_off", "width/hysteresis")
     return {key: values if "inside" in key else 100.0 * values for key, values in zip(names, columns, strict=False)}
 
 
-def summary(found: dict[str, np.ndarray], rows: np.ndarray) -> dict[str, Any]:
+def summary(errors: dict[str, np.ndarray], rows: np.ndarray) -> dict[str, Any]:
     """Quantiles of errors and widths, and coverages, of some of the protocols."""
     return {"count": int(rows.sum())} | {
         key: float(values[rows].mean()) if "inside" in key else np.quantile(values[rows], LEVELS).tolist()
-        for key, values in found.items()
+        for key, values in errors.items()
     }
 
 
@@ -78,26 +80,26 @@ def places(hidden: Hidden) -> np.ndarray:
 
 def limits_text(errors_by_place: Any) -> str:
     """What both models reach of the aims for errors in pull-off force and hysteresis, and of those for coverage."""
-    words, lowest = [], dict.fromkeys(INSIDE, 1.0)
+    lines, lowest = [], dict.fromkeys(INSIDE, 1.0)
     for name in BANDED:
-        found = errors_by_place["models"][name]
-        box, corners = found["box"], found["corners"]
-        parts = {key: [one[key][1] / max(box[key][1], 1e-9) for one in corners] for key in ("pull_off", "hysteresis")}
+        summaries = errors_by_place["models"][name]
+        box, corners = summaries["box"], summaries["corners"]
+        parts = {key: [row[key][1] / max(box[key][1], 1e-9) for row in corners] for key in ("pull_off", "hysteresis")}
         errors = "pull-off force by " + ", ".join(f"{value:.2g}" for value in box["pull_off"])
         errors += f" %, in hysteresis by {', '.join(f'{value:.2g}' for value in box['hysteresis'][:2])} %"
-        above = {key: sum(part > MOST_IN_A_CORNER for part in found) for key, found in parts.items()}
-        most = {key: max(part) for key, part in parts.items()}
-        words.append(
+        above = {key: sum(ratio > MOST_IN_A_CORNER for ratio in ratios) for key, ratios in parts.items()}
+        most = {key: max(ratios) for key, ratios in parts.items()}
+        lines.append(
             f"`{name}` errs in the {errors}; in {above['pull_off']} of {len(corners)} corners the 90th percentile for "
             f"the pull-off force is more than {MOST_IN_A_CORNER:g} times that of all, {most['pull_off']:.2f} times at "
             f"most, and in {above['hysteresis']} that for hysteresis, {most['hysteresis']:.0f} times at most"
         )
         for key in INSIDE:
-            shares = [one[f"inside/{key}"] for one in (box, *corners, *found["edges"].values())]
+            shares = [region[f"inside/{key}"] for region in (box, *corners, *summaries["edges"].values())]
             lowest[key] = min(lowest[key], *shares)
     curve = lowest.pop(INSIDE[-1])
     return (
-        f"{'. '.join(words)}. The 90 % intervals contain {min(lowest.values()):.3f} or more at every edge and in every "
+        f"{'. '.join(lines)}. The 90 % intervals contain {min(lowest.values()):.3f} or more at every edge and in every "
         f"corner, the band of the whole curve {curve:.3f} or more"
     )
 
@@ -105,26 +107,26 @@ def limits_text(errors_by_place: Any) -> str:
 def worst(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The largest error and width of several places, and the least coverage, each by itself."""
     return {
-        key: min(one[key] for one in rows) if "inside" in key else np.max([one[key] for one in rows], axis=0)
+        key: min(row[key] for row in rows) if "inside" in key else np.max([row[key] for row in rows], axis=0)
         for key in rows[0]
-    } | {"count": min(one["count"] for one in rows)}
+    } | {"count": min(row["count"] for row in rows)}
 
 
-def print_table(name: str, found: dict[str, Any]) -> None:
+def print_table(name: str, summaries: dict[str, Any]) -> None:
     """Print the summaries of a model: a line for each place, and one for the worst of the corners."""
-    lines = {place: found[place] for place in PLACES if place in found} | found.get("edges", {})
-    if "corners" in found:
-        lines[f"worst of {len(found['corners'])} corners"] = worst(found["corners"])
+    lines = {region: summaries[region] for region in PLACES if region in summaries} | summaries.get("edges", {})
+    if "corners" in summaries:
+        lines[f"worst of {len(summaries['corners'])} corners"] = worst(summaries["corners"])
     levels = ", ".join(f"{100.0 * level:g}" for level in LEVELS)
     table = Table(
         title=f"{name}, errors and widths in percent: percentiles {levels}; shares in intervals of {COVERAGE}"
     )
     for key in ("place", *lines[PLACES[0]]):
-        words = key.replace("inside/", "in ").replace("width/", "width of ").replace("_", " ")
-        table.add_column(words, justify="left" if key == "place" else "right", no_wrap=key == "place")
-    for place, one in lines.items():
-        rest = (" ".join(f"{value:.3g}" for value in np.atleast_1d(one[key])) for key in one if key != "count")
-        table.add_row(place, f"{one['count']:,}", *rest)
+        header = key.replace("inside/", "in ").replace("width/", "width of ").replace("_", " ")
+        table.add_column(header, justify="left" if key == "place" else "right", no_wrap=key == "place")
+    for region, row in lines.items():
+        cells = (" ".join(f"{value:.3g}" for value in np.atleast_1d(row[key])) for key in row if key != "count")
+        table.add_row(region, f"{row['count']:,}", *cells)
     Console(width=WIDTH).print(table)
 
 
@@ -135,22 +137,22 @@ def study(
     seed: Annotated[int, typer.Option(help="Seed of the protocols.", min=0)] = HIDDEN_SEED,
 ) -> dict[str, Any]:
     """Judge the pretrained models over the ranges, at their edges and in their corners."""
-    content: dict[str, Any] = {"count": count, "corner": corner, "coverage": COVERAGE, "models": {}}
+    result: dict[str, Any] = {"count": count, "corner": corner, "coverage": COVERAGE, "models": {}}
     box = Hidden.draw(count, ANY_SOLID, seed)
     corners = Hidden(Design("corners", modulus_ratio=ANY_SOLID).protocols(64 * corner, seed))
     number, at = (1 << np.arange(6)) @ (places(corners) > 0.5), places(box)
     ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}
     edges = {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
     paper = Hidden(box.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
-    exact = [(one, list(one.simulated())) for one in (paper, Hidden.corners(MODULUS_RATIO), box, corners)]
+    exact = [(sample, list(sample.simulated())) for sample in (paper, Hidden.corners(MODULUS_RATIO), box, corners)]
     for name in (*BANDED, PAPER):
         model, banded = surrogate.load(name), name in BANDED
-        found = [judged(model, name, *pair) for pair in exact[: None if banded else 2]]
-        whole = [summary(one, np.ones(len(one["pull_off"]), dtype=bool)) for one in found]
-        rows = content["models"][name] = dict(zip(PLACES, whole, strict=False))
+        errors = [judged(model, name, *pair) for pair in exact[: None if banded else 2]]
+        totals = [summary(table, np.ones(len(table["pull_off"]), dtype=bool)) for table in errors]
+        rows = result["models"][name] = dict(zip(PLACES, totals, strict=False))
         if banded:
-            rows["edges"] = {words: summary(found[2], chosen) for words, chosen in edges.items() if chosen.any()}
-            rows["corners"] = [summary(found[3], number == one) for one in range(64)]
+            rows["edges"] = {edge: summary(errors[2], chosen) for edge, chosen in edges.items() if chosen.any()}
+            rows["corners"] = [summary(errors[3], number == index) for index in range(64)]
         print_table(name, rows)
-    print(limits_text(content))
-    return content
+    print(limits_text(result))
+    return result

@@ -57,15 +57,15 @@ def reading_errors(
 
     top, _, area, *_ = results(times, indentations, force, np.array(counts))
     highest = force[:, counts[0] + counts[1] - 1 :].max(axis=1)
-    found = np.stack([highest, top, hysteresis(indentations, force), np.abs(area)])
-    return np.abs(found / np.repeat(true, 2, axis=0) - 1.0)
+    readings = np.stack([highest, top, hysteresis(indentations, force), np.abs(area)])
+    return np.abs(readings / np.repeat(true, 2, axis=0) - 1.0)
 
 
 def errors(
     trajectories: Sequence[Trajectory], times: np.ndarray, indentations: np.ndarray, counts: tuple[int, int, int]
 ) -> np.ndarray:
     """The same of the solver's own forces at the steps, which are a perfect model's."""
-    force = np.array([one.at(instants) for one, instants in zip(trajectories, times, strict=True)])
+    force = np.array([trajectory.at(instants) for trajectory, instants in zip(trajectories, times, strict=True)])
     return reading_errors(times, indentations, force, counts, results_of(trajectories).T)
 
 
@@ -74,31 +74,31 @@ def example() -> dict[str, Any]:
     protocol = {name: np.array([value]) for name, value in EXAMPLE.items()}
     hidden = Hidden(protocol)
     (true,) = hidden.simulated()
-    found = {"indentation": true.indentation[true.unloading], "force": true.force[true.unloading], "steps": {}}
-    for kind, counts in STEPS.items():
-        times, indentations = (values[0, counts[0] + counts[1] - 1 :] for values in hidden.grid(kind))
-        found["steps"][kind] = {"indentation": indentations, "force": true.at(times)}
-    return found
+    curves = {"indentation": true.indentation[true.unloading], "force": true.force[true.unloading], "steps": {}}
+    for steps, counts in STEPS.items():
+        times, indentations = (values[0, counts[0] + counts[1] - 1 :] for values in hidden.grid(steps))
+        curves["steps"][steps] = {"indentation": indentations, "force": true.at(times)}
+    return curves
 
 
 def study_measurement_floor(*, count: Count = 2000) -> dict[str, Any]:
     """Measure the floor of both kinds of steps on hidden protocols of any modulus ratio."""
     hidden = Hidden.draw(count, ANY_SOLID)
     trajectories = list(hidden.simulated())
-    content: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
-    for kind, counts in STEPS.items():
-        found = errors(trajectories, *hidden.grid(kind), counts)
-        readings = {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
-        content["kinds"][kind] = {"counts": counts, **readings, "pull_off_errors": np.sort(found[0])}
-    return content
+    result: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
+    for steps, counts in STEPS.items():
+        relative_errors = errors(trajectories, *hidden.grid(steps), counts)
+        readings = {name: quantiles(values) for name, values in zip(READINGS, relative_errors, strict=True)}
+        result["kinds"][steps] = {"counts": counts, **readings, "pull_off_errors": np.sort(relative_errors[0])}
+    return result
 
 
-def drawn(kind: str, count: int, seed: int) -> Hidden:
+def drawn(region: str, count: int, seed: int) -> Hidden:
     """Protocols over the ranges, denser towards their edges, or in each corner in turn."""
     unit = np.random.default_rng(seed).random((count, len(RANGES)))
-    if kind == "edges":
+    if region == "edges":
         unit = np.sin(0.5 * np.pi * unit) ** 2
-    elif kind == "corners":
+    elif region == "corners":
         bits = (np.arange(count)[:, np.newaxis] >> np.arange(len(RANGES))) & 1
         unit = OUTERMOST * unit + (1.0 - OUTERMOST) * bits
     low, high = np.array(list(RANGES.values())).T
@@ -112,35 +112,35 @@ def features(hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
     start, ratio = default_start_indentation(columns["tabor"]), columns["modulus_ratio"]
     protocols = np.stack([*(columns[name] for name in PAPER_RANGES), start, ratio])
     nowhere = np.zeros(len(physical_steps.FACTORS))
-    *_, crossings, known = physical_steps.on_steps(protocols, np.array(PHYSICAL), nowhere)
-    return known, crossings
+    *_, crossings, factors = physical_steps.on_steps(protocols, np.array(PHYSICAL), nowhere)
+    return factors, crossings
 
 
 def study_pull_off_place() -> dict[str, Any]:
     """Fit the expected place of the pull-off, and judge it and the steps."""
     terms, logs, parts = {}, {}, {}
-    for part, kinds in (("fitted", FITTED), ("judged", JUDGED)):
-        for kind, (count, seed) in kinds.items():
-            hidden, key = drawn(kind, count, seed), (part, kind)
-            known, crossings = features(hidden)
+    for purpose, kinds in (("fitted", FITTED), ("judged", JUDGED)):
+        for region, (count, seed) in kinds.items():
+            hidden, key = drawn(region, count, seed), (purpose, region)
+            factors, crossings = features(hidden)
             parts[key] = hidden, list(hidden.simulated())
-            places = [np.interp(one.pull_off_time, one.time, one.indentation) for one in parts[key][1]]
-            terms[key] = known[:, physical_steps.FACTORS].prod(axis=2)
-            logs[key] = np.log(np.maximum(crossings - places, 1e-3 * np.exp(known[:, 3])))
+            places = [np.interp(run.pull_off_time, run.time, run.indentation) for run in parts[key][1]]
+            terms[key] = factors[:, physical_steps.FACTORS].prod(axis=2)
+            logs[key] = np.log(np.maximum(crossings - places, 1e-3 * np.exp(factors[:, 3])))
     chosen = [key for key in terms if key[0] == "fitted"]
-    fitted, wanted = (np.concatenate([values[key] for key in chosen]) for values in (terms, logs))
-    size, weights = np.abs(fitted).max(axis=0), np.ones(len(wanted))
+    fitted, targets = (np.concatenate([values[key] for key in chosen]) for values in (terms, logs))
+    size, weights = np.abs(fitted).max(axis=0), np.ones(len(targets))
     for _ in range(11):  # least absolute residuals, by least squares of changing weights
         root = np.sqrt(weights)
-        found = np.linalg.lstsq(fitted / size * root[:, np.newaxis], wanted * root, rcond=None)[0] / size
-        weights = 1.0 / np.maximum(np.abs(wanted - fitted @ found), KNEE)
-    physical_steps._PLACE[:] = found
-    content: dict[str, Any] = {"steps_version": STEPS_VERSION, "coefficients": found.tolist()}
-    for kind in JUDGED:
-        hidden, trajectories = parts["judged", kind]
+        coefficients = np.linalg.lstsq(fitted / size * root[:, np.newaxis], targets * root, rcond=None)[0] / size
+        weights = 1.0 / np.maximum(np.abs(targets - fitted @ coefficients), KNEE)
+    physical_steps._PLACE[:] = coefficients
+    result: dict[str, Any] = {"steps_version": STEPS_VERSION, "coefficients": coefficients.tolist()}
+    for region in JUDGED:
+        hidden, trajectories = parts["judged", region]
         floor = 100.0 * errors(trajectories, *hidden.grid("physical"), PHYSICAL)[1]
-        residual = logs["judged", kind] - terms["judged", kind] @ found
-        content[kind] = {"residual": np.quantile(residual, [0.05, 0.5, 0.95]), "p99": float(np.quantile(floor, 0.99))}
-        if kind == "corners":
-            content[kind]["worst_p90"] = max(float(np.quantile(floor[row::CORNERS], 0.9)) for row in range(CORNERS))
-    return content
+        residual = logs["judged", region] - terms["judged", region] @ coefficients
+        result[region] = {"residual": np.quantile(residual, [0.05, 0.5, 0.95]), "p99": float(np.quantile(floor, 0.99))}
+        if region == "corners":
+            result[region]["worst_p90"] = max(float(np.quantile(floor[row::CORNERS], 0.9)) for row in range(CORNERS))
+    return result

@@ -52,7 +52,7 @@ def pull_off_error(prediction: PredictedTrajectory, trajectory: Trajectory, on_s
 def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     """Compare predictions of `fast`, `accurate` and M1-concat with the solver beyond each end of the ranges."""
     models = {name: surrogate.load(name) for name in (*BANDED, "M1-concat")}
-    content: dict[str, Any] = {name: {} for name in models}
+    quantiles: dict[str, Any] = {name: {} for name in models}
     for model in models.values():  # which refuse nothing then
         wide = {name: (1e-9 * low, 1e9 * high) for name, (low, high) in model.scaling.ranges.items()}
         model.network.scaling = replace(model.scaling, ranges=wide)
@@ -66,8 +66,8 @@ def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
             hidden = paper if on_steps else solids
             pairs = zip(predicted(model, name, hidden), exact[on_steps], strict=True)
             errors = [pull_off_error(*pair, on_steps) for pair in pairs]
-            content[name].setdefault(where, {})[f"{distance:g}"] = np.quantile(errors, LEVELS).tolist()
-    return {"count": count, "models": content}
+            quantiles[name].setdefault(where, {})[f"{distance:g}"] = np.quantile(errors, LEVELS).tolist()
+    return {"count": count, "models": quantiles}
 
 
 def page_text(outside_ranges: Any) -> str:
@@ -75,12 +75,12 @@ def page_text(outside_ranges: Any) -> str:
     rows = []
     for name, places in outside_ranges["models"].items():
         ends = {where: errors for where, errors in places.items() if where != ALL}
-        for words, chosen in (
+        for title, chosen in (
             ("one range, at the end that errs most", ends),
             ("all ranges at once", {ALL: places[ALL]}),
         ):
-            largest = [np.max([errors[f"{one:g}"] for errors in chosen.values()], axis=0) for one in DISTANCES]
-            rows.append([name, words, *(", ".join(f"{level:.2g}" for level in levels) for levels in largest)])
+            largest = [np.max([errors[f"{away:g}"] for errors in chosen.values()], axis=0) for away in DISTANCES]
+            rows.append([name, title, *(", ".join(f"{level:.2g}" for level in levels) for levels in largest)])
     limits = ["`{}` {:.3g} to {:.4g}".format(name, *allowed(name, *bounds)) for name, bounds in RANGES.items()]
     heads = ["Model", "Beyond", *(f"{100 * distance:g} %" for distance in DISTANCES)]
     return (

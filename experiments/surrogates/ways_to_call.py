@@ -42,9 +42,9 @@ PullOff = Callable[[Hidden], Iterable[float]]
 
 def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) -> np.ndarray:
     """Derivatives of the logarithm of the pull-off force by those of the first `count` quantities, shape (n, count)."""
-    base, one = np.log([hidden.quantities[name] for name in QUANTITIES]), np.eye(len(QUANTITIES))[:count]
+    base, directions = np.log([hidden.quantities[name] for name in QUANTITIES]), np.eye(len(QUANTITIES))[:count]
     # Each quantity less, then each more: 2 `count` n protocols.
-    moved = base + STEP * np.concatenate([-one, one])[:, :, np.newaxis]
+    moved = base + STEP * np.concatenate([-directions, directions])[:, :, np.newaxis]
     rows = np.exp(moved).transpose(1, 0, 2).reshape(len(QUANTITIES), -1)
     forces = pull_off(Hidden(dict(zip(QUANTITIES, rows, strict=True))))
     logs = np.log(np.fromiter(forces, float)).reshape(2, count, len(hidden))
@@ -58,24 +58,24 @@ def count_of(name: str) -> int:
 
 def of_solver(accuracy: str | float) -> PullOff:
     """Pull-off forces of the solver."""
-    return lambda hidden: (one.pull_off_force for one in hidden.simulated(accuracy))
+    return lambda hidden: (trajectory.pull_off_force for trajectory in hidden.simulated(accuracy))
 
 
 def of_model(model: Any, name: str) -> PullOff:
     """Pull-off forces of a model."""
-    return lambda hidden: (one.pull_off_force for one in predicted(model, name, hidden))
+    return lambda hidden: (prediction.pull_off_force for prediction in predicted(model, name, hidden))
 
 
-def gradient_errors(found: np.ndarray, true: np.ndarray) -> dict[str, float]:
+def gradient_errors(gradients: np.ndarray, true: np.ndarray) -> dict[str, float]:
     """Errors of gradients (n, 5) or (n, 6), of the quantities that all tools know, as a share of the gradient."""
     size = np.linalg.norm(true[:, :COMMON], axis=1)
-    return quantiles(np.linalg.norm(found[:, :COMMON] - true[:, :COMMON], axis=1) / size)
+    return quantiles(np.linalg.norm(gradients[:, :COMMON] - true[:, :COMMON], axis=1) / size)
 
 
 def asked(name: str, model: Any, hidden: Hidden) -> list[Any]:
     """What a user asks of a prediction, which belongs to its cost."""
-    found = predicted(model, name, hidden, coverage=COVERAGE)
-    return [(one.pull_off_force, one.hysteresis, getattr(one, "pull_off_interval", None)) for one in found]
+    predictions = predicted(model, name, hidden, coverage=COVERAGE)
+    return [(run.pull_off_force, run.hysteresis, getattr(run, "pull_off_interval", None)) for run in predictions]
 
 
 def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
@@ -94,13 +94,13 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
             "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
         }
 
-    calls = {(name, kind): call for name, model in models.items() for kind, call in of(name, model).items()}
+    calls = {(name, way): call for name, model in models.items() for way, call in of(name, model).items()}
     solved = {name: (lambda turn, a=a: results_of(some[turn].simulated(a)), few) for name, a in SOLVERS.items()}
-    seconds, found = in_turn(solved | calls, ROUNDS), {}
+    seconds, costs = in_turn(solved | calls, ROUNDS), {}
     for name in SOLVERS:
-        each = seconds[name]
-        found[name] = {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each}
-    return found | {name: {kind: seconds[one, kind] for one, kind in calls if one == name} for name in models}
+        per_call = seconds[name]
+        costs[name] = {"batch": per_call, "single": per_call, "gradient": 2 * len(QUANTITIES) * per_call}
+    return costs | {name: {way: seconds[model, way] for model, way in calls if model == name} for name in models}
 
 
 def study(
@@ -110,7 +110,7 @@ def study(
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}
     hidden = Hidden.draw(count, MODULUS_RATIO)
     tools: dict[str, PullOff] = {name: of_solver(accuracy) for name, accuracy in SOLVERS.items()}
-    tools |= {name: of_model(one, name) for name, one in models.items()}
+    tools |= {name: of_model(trained, name) for name, trained in models.items()}
     true = gradient(of_solver(FINE), hidden)
     slopes = {name: gradient_errors(gradient(tool, hidden, count_of(name)), true) for name, tool in tools.items()}
     exact, solved = np.fromiter(of_solver(FINE)(hidden), float), {}

@@ -27,9 +27,9 @@ def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
     """
     if len(config["percents"]) != len(config["epochs"]):
         raise ValueError(f"epochs must be as many as percents; received {config['epochs']!r}")
-    asked = [(*WHOLE, config["whole_epochs"])]
+    plans = [(*WHOLE, config["whole_epochs"])]
     for fold in range(config["folds"]):
-        asked += [(percent, fold, epochs) for percent, epochs in zip(config["percents"], config["epochs"], strict=True)]
+        plans += [(percent, fold, epochs) for percent, epochs in zip(config["percents"], config["epochs"], strict=True)]
     return {
         (percent, fold): Variant(
             label="whole" if (percent, fold) == WHOLE else f"share-{percent:g}-fold-{fold}",
@@ -39,7 +39,7 @@ def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
             fraction=percent / 100.0,
             fold=fold,
         )
-        for percent, fold, epochs in asked
+        for percent, fold, epochs in plans
     }
 
 
@@ -62,18 +62,18 @@ def study(
 
     The values of its summary are `None` while a training is missing.
     """
-    wanted, every = variants(config), range(config["folds"])
+    planned, every = variants(config), range(config["folds"])
 
     def publish(trained: dict[tuple[float, int], dict[str, Any]]) -> None:
         if WHOLE not in trained or len(trained) == 1:
             return
-        present = {one: [trained[one, fold] for fold in every if (one, fold) in trained] for one in config["percents"]}
+        present = {pct: [trained[pct, fold] for fold in every if (pct, fold) in trained] for pct in config["percents"]}
         shares = [share(percent, folds) for percent, folds in present.items() if folds]
-        means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
+        means = [trained[WHOLE]["mse"], *(row["mse_mean"] for row in shares)]
         summary = {"folds": config["folds"], "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0))}
-        complete = len(trained) == len(wanted)
-        content = {"config": config, "complete": complete, "summary": summary if complete else dict.fromkeys(summary)}
-        common.write_result(out, "data_efficiency", content | {"full": trained[WHOLE], "shares": shares})
+        complete = len(trained) == len(planned)
+        result = {"config": config, "complete": complete, "summary": summary if complete else dict.fromkeys(summary)}
+        common.write_result(out, "data_efficiency", result | {"full": trained[WHOLE], "shares": shares})
 
     folders = {"dataset": dataset, "models": models, "work": work, "out": out}
-    train_variants(wanted, **folders, jobs=config["jobs"], publish=publish)
+    train_variants(planned, **folders, jobs=config["jobs"], publish=publish)

@@ -38,16 +38,16 @@ PARTS = {"sets": "uniform", "physical": "physical"}
 def variants(config: dict[str, Any], physical: Path = PHYSICAL) -> dict[tuple[str, str], Variant]:
     """One training for each feature set and kind of measurement steps, by the keys of its place in the result."""
     return {
-        (part, features): Variant(
-            label=f"features-{features}" + ("-physical" if part == "physical" else ""),
+        (group, features): Variant(
+            label=f"features-{features}" + ("-physical" if group == "physical" else ""),
             architecture=config["architecture"],
             recipe=config["recipe"],
             epochs=config["epochs"],
             features=features,
-            dataset=physical if part == "physical" else None,
+            dataset=physical if group == "physical" else None,
         )
-        for part in PARTS
-        for features in config[part]
+        for group in PARTS
+        for features in config[group]
     }
 
 
@@ -55,13 +55,13 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Order of the paper's feature sets by validation error, and the factor between A and D."""
     errors = {name: sets[name]["validation_mse"] for name in PAPER if name in sets}
     order = sorted(errors, key=errors.__getitem__)
-    found: dict[str, Any] = {"order": order, "best": order[0] if order else None}
+    statistics: dict[str, Any] = {"order": order, "best": order[0] if order else None}
     if {"A", "D"} <= errors.keys():
-        found["factor_a_over_d"] = errors["A"] / errors["D"]
+        statistics["factor_a_over_d"] = errors["A"] / errors["D"]
     if errors.keys() == set(PAPER):
-        found["all_improve_over_a"] = all(errors[name] < errors["A"] for name in "BCD")
-        found["d_better_than_c"] = errors["D"] < errors["C"]
-    return found
+        statistics["all_improve_over_a"] = all(errors[name] < errors["A"] for name in "BCD")
+        statistics["d_better_than_c"] = errors["D"] < errors["C"]
+    return statistics
 
 
 def check_physical(physical: Path, dataset: Path) -> None:
@@ -73,13 +73,13 @@ def check_physical(physical: Path, dataset: Path) -> None:
     """
     if not physical.is_file():
         raise FileNotFoundError(f"data set {str(physical)!r} not found; `make feature-sets` makes it")
-    found, wanted = (TrajectoryDataset.load(path) for path in (physical, dataset))
-    alike = len(found) == len(wanted) and found.modulus_ratio == wanted.modulus_ratio
-    alike = alike and all(agree(values, found.protocols[name]) for name, values in wanted.protocols.items())
-    if found.steps != "physical" or not alike or not np.array_equal(found.completed, wanted.completed):
+    received, expected = (TrajectoryDataset.load(path) for path in (physical, dataset))
+    alike = len(received) == len(expected) and received.modulus_ratio == expected.modulus_ratio
+    alike = alike and all(agree(values, received.protocols[name]) for name, values in expected.protocols.items())
+    if received.steps != "physical" or not alike or not np.array_equal(received.completed, expected.completed):
         raise ValueError(
             f"data set {str(physical)!r} must hold the protocols of {str(dataset)!r} at physical steps; received "
-            f"{len(found)} trajectories at {found.steps} steps: remove it, and `make feature-sets` makes it again"
+            f"{len(received)} trajectories at {received.steps} steps: remove it, and `make feature-sets` makes it again"
         )
 
 
@@ -91,17 +91,17 @@ def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[
     """
     hidden = Hidden.draw(count, common.MODULUS_RATIO)
     trajectories = list(hidden.simulated())
-    grids = {kind: hidden.grid(kind) for kind in STEPS}
+    grids = {steps: hidden.grid(steps) for steps in STEPS}
 
-    def summed(found: np.ndarray) -> dict[str, Any]:
-        return {"count": count} | {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
+    def summed(columns: np.ndarray) -> dict[str, Any]:
+        return {"count": count} | {name: quantiles(values) for name, values in zip(READINGS, columns, strict=True)}
 
-    found = {}
-    for name, (folder, kind) in folders.items():
+    model_errors = {}
+    for name, (folder, steps) in folders.items():
         model = common.load_surrogate(folder.name, folder.parent)
-        force = common.predicted(model, *grids[kind], hidden.quantities["tabor"])
-        found[name] = summed(reading_errors(*grids[kind], force, STEPS[kind], results_of(trajectories).T))
-    return found, {kind: summed(errors(trajectories, *grids[kind], counts)) for kind, counts in STEPS.items()}
+        force = common.predicted(model, *grids[steps], hidden.quantities["tabor"])
+        model_errors[name] = summed(reading_errors(*grids[steps], force, STEPS[steps], results_of(trajectories).T))
+    return model_errors, {steps: summed(errors(trajectories, *grids[steps], counts)) for steps, counts in STEPS.items()}
 
 
 def study(
@@ -114,7 +114,7 @@ def study(
     physical: Annotated[Path, typer.Option(help="The same protocols at physical measurement steps.")] = PHYSICAL,
 ) -> None:
     """Train on each feature set, or continue; the result file is written after each training."""
-    wanted = variants(config, physical)
+    planned = variants(config, physical)
     if config["physical"] and dataset.is_file():
         check_physical(physical, dataset)
     floor = json.loads(out.read_text(encoding="utf-8")).get("floor", {}) if out.is_file() else {}
@@ -122,25 +122,25 @@ def study(
     def publish(trained: dict[tuple[str, str], dict[str, Any]]) -> None:
         if not trained:
             return
-        found = {
-            part: {name: trained[part, name] for of, name in wanted if of == part and (part, name) in trained}
-            for part in PARTS
+        results = {
+            group: {name: trained[group, name] for of, name in planned if of == group and (group, name) in trained}
+            for group in PARTS
         }
-        compared = found["sets"].keys() >= set(PAPER) & set(config["sets"])
-        content = {"config": config, "complete": len(trained) == len(wanted)}
-        content |= {"summary": summary(found["sets"]) if compared else {}, **found, "floor": floor}
-        common.write_result(out, "feature_sets", content)
+        compared = results["sets"].keys() >= set(PAPER) & set(config["sets"])
+        result = {"config": config, "complete": len(trained) == len(planned)}
+        result |= {"summary": summary(results["sets"]) if compared else {}, **results, "floor": floor}
+        common.write_result(out, "feature_sets", result)
 
     folders = {"dataset": dataset, "models": models, "work": work}
-    trained = train_variants(wanted, **folders, out=out, jobs=config["jobs"], publish=publish)
+    trained = train_variants(planned, **folders, out=out, jobs=config["jobs"], publish=publish)
     kept = {}
-    for place, variant in wanted.items():
-        if trained[place].get("hidden", {}).get("count") != config["hidden"]:
+    for key, variant in planned.items():
+        if trained[key].get("hidden", {}).get("count") != config["hidden"]:
             data = TrajectoryDataset.load(variant.dataset or dataset)
             folder = kept_folder(variant, data, work=work, models=models)
             if folder and (folder / "model.weights.h5").is_file():
-                kept[variant.label] = (folder, PARTS[place[0]])
+                kept[variant.label] = (folder, PARTS[key[0]])
     if kept:
-        found, floor = hidden_errors(kept, config["hidden"])
-        scored = {place: {"hidden": found[one.label]} for place, one in wanted.items() if one.label in found}
-        publish({place: one | scored.get(place, {}) for place, one in trained.items()})
+        errors, floor = hidden_errors(kept, config["hidden"])
+        scored = {key: {"hidden": errors[variant.label]} for key, variant in planned.items() if variant.label in errors}
+        publish({key: result | scored.get(key, {}) for key, result in trained.items()})

@@ -41,19 +41,19 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     trained = common.load_surrogate(folder.name, folder.parent)
     force = common.predicted(trained, *data.grid(indices), data.protocols["tabor"][indices])
     scale = trained.scaling.scale_force
-    found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
-    return float(abs(found.mean() / errors["mse"].mean() - 1.0))
+    squares = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
+    return float(abs(squares.mean() / errors["mse"].mean() - 1.0))
 
 
 def study(dataset: Dataset, models: Models) -> dict[str, Any]:
     """Compare every published model with the shipped file."""
-    data, found = TrajectoryDataset.load(dataset), {}
+    data, comparisons = TrajectoryDataset.load(dataset), {}
     for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):
         folder, two = path.parent, read_json(path).get("extra_dataset_sha256")
         agree = two or forces_agree(folder, data, Split.of(folder).train)
         weights = (folder / "model.weights.h5").is_file()
         difference = error_difference(folder, data) if weights else None
         belongs = agree and (difference or 0.0) <= SAME_ERROR
-        found[folder.name] = {"belongs": bool(belongs), "error_difference": difference}
-    others = [name for name, one in found.items() if not one["belongs"]]
-    return {"forces_sha256": data.forces_sha256, "models": found, "others": others}
+        comparisons[folder.name] = {"belongs": bool(belongs), "error_difference": difference}
+    foreign = [name for name, comparison in comparisons.items() if not comparison["belongs"]]
+    return {"forces_sha256": data.forces_sha256, "models": comparisons, "others": foreign}

@@ -63,29 +63,29 @@ def replicates(errors: np.ndarray, indices: np.ndarray, metric: str) -> np.ndarr
     return np.array([np.concatenate([statistic(seed[chunk], axis=1) for chunk in chunks]) for seed in errors])
 
 
-def interval(found: np.ndarray) -> tuple[float, float]:
+def interval(medians: np.ndarray) -> tuple[float, float]:
     """Percentile interval, at `CONFIDENCE`, of the median over seeds, from replicates of shape (seeds, resamples)."""
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low, high = np.quantile(np.median(found, axis=0), [tail, 1.0 - tail])
+    low, high = np.quantile(np.median(medians, axis=0), [tail, 1.0 - tail])
     return float(low), float(high)
 
 
-def hierarchical(found: np.ndarray, name: str) -> np.ndarray:
+def hierarchical(errors: np.ndarray, name: str) -> np.ndarray:
     """Median error over resampled seeds, of shape (resamples,).
 
     Args:
-        found: Replicates of shape (seeds, resamples).
+        errors: Replicates of shape (seeds, resamples).
         name: The model. It seeds the draw, so that the numbers of a model do not change when another is published.
     """
-    seeds, resamples = found.shape
+    seeds, resamples = errors.shape
     drawn = np.random.default_rng([1, *name.encode()]).integers(seeds, size=(seeds, resamples))
-    return np.median(np.take_along_axis(found, drawn, axis=0), axis=0)
+    return np.median(np.take_along_axis(errors, drawn, axis=0), axis=0)
 
 
 def probability(better: Sequence[np.ndarray], worse: Sequence[np.ndarray]) -> float:
     """Share of resamples in which the best model of `better` errs less than the best of `worse`; a tie counts half."""
-    one, other = np.min(better, axis=0), np.min(worse, axis=0)
-    return float(np.mean(one < other) + 0.5 * np.mean(one == other))
+    first, second = np.min(better, axis=0), np.min(worse, axis=0)
+    return float(np.mean(first < second) + 0.5 * np.mean(first == second))
 
 
 def decision(chance: float | None) -> str:
@@ -119,16 +119,16 @@ def duels(
         drawn: What `hierarchical` returns, by metric and model.
         seeds: Number of seeds by model; zero for a model that is absent.
     """
-    found = []
-    for other in (label for label in contenders if label != champion):
-        pair = champion, other
+    pairs = []
+    for rival in (label for label in contenders if label != champion):
+        pair = champion, rival
         both = [min(seeds.get(name, 0) for name in contenders[label]) for label in pair]
         chances: dict[str, float | None] = dict.fromkeys(COLUMNS)
         for metric in COLUMNS if min(both) >= LEAST_SEEDS else ():
             chances[metric] = probability(*([drawn[metric][name] for name in contenders[label]] for label in pair))
         ruling = decision(chances["test_mse"])
-        found.append({"better": champion, "worse": other, "seeds": both, "probability": chances, "decision": ruling})
-    return found
+        pairs.append({"better": champion, "worse": rival, "seeds": both, "probability": chances, "decision": ruling})
+    return pairs
 
 
 def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
@@ -137,20 +137,20 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
     Raises:
         ValueError: The ranking of the claim is unknown.
     """
-    kind, _, family = claim["ranking"].partition("/")
-    by_family = {one: [f"{one}-{how}" for how in CONDITIONINGS] for one in PAPER_FAMILIES}
-    known = {
+    ranking, _, family = claim["ranking"].partition("/")
+    by_family = {group: [f"{group}-{how}" for how in CONDITIONINGS] for group in PAPER_FAMILIES}
+    contenders_by_ranking = {
         "best_model": {name: [name] for name in paper_names()},
         "best_conditioning": {how: [f"{family}-{how}"] for how in CONDITIONINGS},
-        "second_family": {one: names for one, names in by_family.items() if one != REFERENCE.split("-")[0]},
-        "concatenation_suffices": {how: [f"{one}-{how}" for one in PAPER_FAMILIES] for how in CONDITIONINGS},
+        "second_family": {group: names for group, names in by_family.items() if group != REFERENCE.split("-")[0]},
+        "concatenation_suffices": {how: [f"{group}-{how}" for group in PAPER_FAMILIES] for how in CONDITIONINGS},
         "best_input": INPUTS,
         "d_better_than_c": {features: INPUTS[features] for features in "CD"},
     }
-    if kind not in known:
-        raise ValueError(f"a ranking must be one of {', '.join(known)}; received {claim['ranking']!r}")
-    first = {"concatenation_suffices": "concat", "d_better_than_c": "D"}.get(kind, claim["value"])
-    return first, known[kind]
+    if ranking not in contenders_by_ranking:
+        raise ValueError(f"a ranking must be one of {', '.join(contenders_by_ranking)}; received {claim['ranking']!r}")
+    first = {"concatenation_suffices": "concat", "d_better_than_c": "D"}.get(ranking, claim["value"])
+    return first, contenders_by_ranking[ranking]
 
 
 def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[str, Any]) -> dict[str, Any]:
@@ -167,23 +167,23 @@ def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[s
         `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`; `ratio`,
         the error of the paper's first over the least of the others; and `apart`, the largest ratio of two seeds.
     """
-    champion, known = contenders(claim)
-    models = [name for names in known.values() for name in names]
+    champion, contenders_by_label = contenders(claim)
+    models = [name for names in contenders_by_label.values() for name in names]
     lacking = [name for name in models if name not in mse]
     if lacking:
         return {"lacking": lacking}
-    errors = {label: min(mse[name] for name in names) for label, names in known.items()}
+    errors = {label: min(mse[name] for name in names) for label, names in contenders_by_label.items()}
     ends = [spread[name]["test_mse"] for name in models if name in spread]
-    apart = max((one["max"] / one["min"] for one in ends), default=np.inf)
+    apart = max((spread_of_model["max"] / spread_of_model["min"] for spread_of_model in ends), default=np.inf)
     decisions = {}
-    for label in known.keys() - {champion}:
+    for label in contenders_by_label.keys() - {champion}:
         ratio = errors[label] / errors[champion]
         decided = HOLDS if ratio > apart else FAILS
         decisions[label] = decided if max(ratio, 1.0 / ratio) > apart else TIE
     return {
         "lacking": [],
         "first": min(errors, key=errors.__getitem__),
-        "level": [champion, *(label for label in known if decisions.get(label) == TIE)],
+        "level": [champion, *(label for label in contenders_by_label if decisions.get(label) == TIE)],
         "decision": verdict(list(decisions.values())),
         "ratio": errors[champion] / min(error for label, error in errors.items() if label != champion),
         "apart": float(apart),
@@ -219,31 +219,29 @@ def seed_facts(training: dict[str, Any]) -> dict[str, Any]:
 def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
     """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out."""
     facts = {label: seed_facts(training) for label, training in read_trainings(seeds).items()}
-    ours = {label: one for label, one in facts.items() if one["data set"] == digest}
-    found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
+    ours = {label: training for label, training in facts.items() if training["data set"] == digest}
+    kept: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
     left_out = {}
 
     def usual(trainings: list[dict[str, Any]], word: str) -> Any:
-        frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
+        frequency = Counter(json.dumps(training[word], sort_keys=True) for training in trainings)
         return json.loads(frequency.most_common(1)[0][0])
 
-    for label, one in facts.items():
+    for label, training in facts.items():
         name = label.split("/")[0]
         architecture = REFERENCE if name.startswith("features-") else name
         inputs = name.removeprefix("features-") if name.startswith("features-") else "D"
         # The study of input representations has its own recipe.
-        alike = [
-            two for other, two in ours.items() if (other.split("/")[0] in paper_names()) == (name in paper_names())
-        ]
-        words = [] if label in ours else ["data set"]
-        words += [word for word in ("recipe", "test part") if not words and one[word] != usual(alike, word)]
-        if name not in found or (one["architecture"], one["inputs"]) != (architecture, inputs):
-            words.append("model")
-        if words:
-            left_out[label] = f"left out, because its {' and '.join(words)} differs"
+        alike = [peer for key, peer in ours.items() if (key.split("/")[0] in paper_names()) == (name in paper_names())]
+        reasons = [] if label in ours else ["data set"]
+        reasons += [word for word in ("recipe", "test part") if not reasons and training[word] != usual(alike, word)]
+        if name not in kept or (training["architecture"], training["inputs"]) != (architecture, inputs):
+            reasons.append("model")
+        if reasons:
+            left_out[label] = f"left out, because its {' and '.join(reasons)} differs"
         else:
-            found[name].append(one)
-    return {name: sorted(rows, key=lambda one: one["seed"]) for name, rows in found.items() if rows}, left_out
+            kept[name].append(training)
+    return {name: sorted(rows, key=lambda run: run["seed"]) for name, rows in kept.items() if rows}, left_out
 
 
 def ranked() -> list[dict[str, Any]]:
@@ -267,13 +265,13 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
             drawn_errors = replicates(by_metric[metric], indices, metric)
             spread[name][metric] |= dict(zip(("low", "high"), interval(drawn_errors), strict=True))
             drawn[metric][name] = hierarchical(drawn_errors, name)
-    seeds = {name: len(found) for name, found in rows.items()}
+    seeds = {name: len(model_rows) for name, model_rows in rows.items()}
     pairs, claims = [], {}
     for claim in ranked():
-        champion, known = contenders(claim)
-        found = duels(champion, known, drawn, seeds)
-        pairs += [{"claim": claim["ranking"], **pair} for pair in found]
-        present = {label: [name for name in names if name in spread] for label, names in known.items()}
+        champion, contenders_by_label = contenders(claim)
+        decided = duels(champion, contenders_by_label, drawn, seeds)
+        pairs += [{"claim": claim["ranking"], **pair} for pair in decided]
+        present = {label: [name for name in names if name in spread] for label, names in contenders_by_label.items()}
         medians = {
             label: min(spread[name]["test_mse"]["median"] for name in names)
             for label, names in present.items()
@@ -282,8 +280,8 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
         claims[claim["ranking"]] = {
             "paper": champion,
             "first": min(medians, key=medians.__getitem__, default=None),
-            "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == TIE)],
-            "decision": verdict([pair["decision"] for pair in found]),
+            "level": [champion, *(pair["worse"] for pair in decided if pair["decision"] == TIE)],
+            "decision": verdict([pair["decision"] for pair in decided]),
         }
     return {"spread": spread, "pairs": pairs, "claims": claims}
 
@@ -291,12 +289,12 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 def study(dataset: Dataset, seeds: Path) -> dict[str, Any]:
     """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
     digest = TrajectoryDataset.load(dataset).sha256
-    found, left_out = found_seeds(seeds, digest)
+    kept, left_out = found_seeds(seeds, digest)
     errors = {
-        name: {metric: np.array([one["errors"][metric] for one in trainings]) for metric in COLUMNS}
-        for name, trainings in found.items()
+        name: {metric: np.array([training["errors"][metric] for training in trainings]) for metric in COLUMNS}
+        for name, trainings in kept.items()
     }
-    rows = {name: [one["row"] for one in trainings] for name, trainings in found.items()}
+    rows = {name: [training["row"] for training in trainings] for name, trainings in kept.items()}
     present = {name: {row["seed"] for row in rows.get(name, ())} for name in paper_names()}
     missing = {name: [seed for seed in range(EXPECTED) if seed not in seen] for name, seen in present.items()}
     return {
@@ -305,7 +303,7 @@ def study(dataset: Dataset, seeds: Path) -> dict[str, Any]:
         "resamples": RESAMPLES,
         "seeds_expected": EXPECTED,
         "models": rows,
-        "curves": {name: [one["curve"] for one in trainings] for name, trainings in found.items()},
+        "curves": {name: [training["curve"] for training in trainings] for name, trainings in kept.items()},
         "missing": {name: absent for name, absent in missing.items() if absent},
         "left_out": left_out,
         **rankings(errors, rows),

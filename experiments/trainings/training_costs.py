@@ -91,17 +91,17 @@ def study_training_speed(
     size = len(TrajectoryDataset.load(dataset).split(chosen.seed).train)
 
     def measured(by: Recipe) -> dict[str, Any]:
-        found = {}
+        speeds = {}
         for name in progress(only or names(), f"architectures by {by.name}"):
-            found[name] = spread(seconds_of_batches(name, by, -(-size // by.batch_size), repeats))
-            print(f"{name:10} {1e3 * found[name]['median']:6.0f} ms a batch")
-        return found
+            speeds[name] = spread(seconds_of_batches(name, by, -(-size // by.batch_size), repeats))
+            print(f"{name:10} {1e3 * speeds[name]['median']:6.0f} ms a batch")
+        return speeds
 
     batches, seconds = -(-size // chosen.batch_size), measured(chosen)
     if only:
         return None
-    hours = {name: one["median"] * batches * chosen.epochs / 3600.0 for name, one in seconds.items()}
-    models = {name: {"seconds_per_batch": one, "hours": hours[name]} for name, one in seconds.items()}
+    hours = {name: speed["median"] * batches * chosen.epochs / 3600.0 for name, speed in seconds.items()}
+    models = {name: {"seconds_per_batch": speed, "hours": hours[name]} for name, speed in seconds.items()}
     longest = max(models, key=lambda name: models[name]["hours"])
     return {
         "recipe": chosen.name,
@@ -117,16 +117,16 @@ def study_training_speed(
 
 def trained(folder: Path, speed: Any) -> dict[str, Any]:
     """One published model: its learning curve, and its held-out error at the end."""
-    found = read_model(folder, speed)
-    history = found["history"]
+    model = read_model(folder, speed)
+    history = model["history"]
     return {
         "name": folder.name,
-        "recipe": found["recipe"]["name"],
-        "epochs": found["epochs"],
-        "training_trajectories": found["training_trajectories"],
-        "core_minutes": found["core_seconds"] / 60.0,
-        "test_mse": found["mse"],
-        "minutes_to_paper_mse": found["minutes_to_paper_mse"],
+        "recipe": model["recipe"]["name"],
+        "epochs": model["epochs"],
+        "training_trajectories": model["training_trajectories"],
+        "core_minutes": model["core_seconds"] / 60.0,
+        "test_mse": model["mse"],
+        "minutes_to_paper_mse": model["minutes_to_paper_mse"],
         "history": {
             "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
             "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
@@ -151,9 +151,9 @@ def study_training_cost(dataset: Dataset, models: Models, training_speed: Result
     }
 
 
-def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
+def line(name: str, category: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
     """One tool: its fixed cost and its cost per query, in core seconds."""
-    return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
+    return {"name": name, "kind": category, "fixed_seconds": fixed, "query_seconds": query, **more}
 
 
 def before_use(name: str, published: Path, trajectory: float) -> float:
@@ -169,7 +169,7 @@ def before_use(name: str, published: Path, trajectory: float) -> float:
         folder = published / "models" / name
         count = sum(map(len, Split.of(folder).parts.values()))
         trainings = [read_json(folder / "metrics.json")]
-    return count * trajectory + sum(one["cpu_seconds"] for one in trainings)
+    return count * trajectory + sum(training["cpu_seconds"] for training in trainings)
 
 
 def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:
@@ -190,13 +190,13 @@ def study_amortisation(
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
     surrogates: list[dict[str, Any]] = []
-    others: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
+    left_out: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
     for name in complete(models):
         training = read_model(models / name, training_speed)["core_seconds"]
         calls = [tool for tool in tools if tool.get("model") == name]
         current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
         if not current:
-            others["retrained" if calls else "unmeasured"].append(name)
+            left_out["retrained" if calls else "unmeasured"].append(name)
         for tool in current:
             more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
             query = tool["seconds"]["mean"]
@@ -207,15 +207,15 @@ def study_amortisation(
     fixed = total + 3600.0 * cost["training_hours"]
     trained = line("paper's surrogate", "paper", fixed, cost["surrogate_seconds"])
     crossings = [
-        {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
-        for one, others in [*((s, solver) for s in surrogates), (trained, [paper, *solver])]
-        for other in others
+        {"surrogate": surrogate["name"], "solver": alternative["name"], "queries": break_even(surrogate, alternative)}
+        for surrogate, alternatives in [*((s, solver) for s in surrogates), (trained, [paper, *solver])]
+        for alternative in alternatives
     ]
     return {
         "data_set_seconds": data_seconds,
         "data_set_trajectories": len(data),
         "lines": [*solver, *surrogates, paper, trained],
         "break_even": crossings,
-        **others,
+        **left_out,
         **absent(models, dataset),
     }

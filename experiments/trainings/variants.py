@@ -104,29 +104,29 @@ def train_variants(
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
-    files = {path: TrajectoryDataset.load(path) for path in {one.dataset or dataset for one in variants.values()}}
-    data = {place: files[variant.dataset or dataset] for place, variant in variants.items()}
-    earlier = {one["training"]: one for one in earlier_trainings(out)}
+    files = {path: TrajectoryDataset.load(path) for path in {case.dataset or dataset for case in variants.values()}}
+    data = {key: files[variant.dataset or dataset] for key, variant in variants.items()}
+    earlier = {training["training"]: training for training in earlier_trainings(out)}
     done: dict[Key, dict[str, Any]] = {}
-    for place, variant in variants.items():
-        if (identity := variant.identity(data[place]).digest) in earlier:
-            done[place] = earlier[identity]
-        elif folder := kept_folder(variant, data[place], work=work, models=models):
+    for key, variant in variants.items():
+        if (identity := variant.identity(data[key]).digest) in earlier:
+            done[key] = earlier[identity]
+        elif folder := kept_folder(variant, data[key], work=work, models=models):
             taken = {"taken_from": folder.name} if folder.parent == models else {}
-            done[place] = collect(variant, data[place], folder) | taken
-    waiting = {variant.label: place for place, variant in variants.items() if place not in done}
+            done[key] = collect(variant, data[key], folder) | taken
+    waiting = {variant.label: key for key, variant in variants.items() if key not in done}
     publish(done)
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
 
     failed = []
     with ThreadPool(jobs) as pool:
-        commands = {label: variants[place].command(dataset=dataset, work=work) for label, place in waiting.items()}
+        commands = {label: variants[key].command(dataset=dataset, work=work) for label, key in waiting.items()}
         for label, status in pool.imap_unordered(lambda item: run_training(*item, work / "runs"), commands.items()):
             if status:
                 failed.append(status)
                 continue
-            place = waiting[label]
-            done[place] = collect(variants[place], data[place], work / "models" / label)
+            key = waiting[label]
+            done[key] = collect(variants[key], data[key], work / "models" / label)
             publish(done)
             print(f"{len(done)} of {len(variants)} trainings done", flush=True)
     if any(status != STOPPED for status in failed):
@@ -155,10 +155,10 @@ def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str
 
     If a published model stands for the variant, `train_variants` adds its name as `taken_from`.
     """
-    found = read_model(folder)
+    model = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
-    curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
-    return {**{name: found[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
+    curve = {name: model["history"][name] for name in ("epoch", "validation_mse")}
+    return {**{name: model[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
 
 
 def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models: Path) -> Path | None:
@@ -167,15 +167,15 @@ def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models
     Raises:
         ValueError: Its own directory holds another training.
     """
-    wanted, own = variant.identity(data), work / "models" / variant.label
+    identity, own = variant.identity(data), work / "models" / variant.label
     if not (own / "run.json").is_file():
         published = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
-        alike = (one for one in published if not differences(read_identity(one), wanted, but=("backend",)))
+        alike = (folder for folder in published if not differences(read_identity(folder), identity, but=("backend",)))
         return next(alike, None)
-    if other := differences(read_identity(own), wanted, but=("backend",)):
+    if differing := differences(read_identity(own), identity, but=("backend",)):
         raise ValueError(
             f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
-            f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(own)!r} to "
+            f"set of digest {data.sha256[:12]}; received one of another {', '.join(differing)}: remove {str(own)!r} to "
             "train it again"
         )
     return own
@@ -183,12 +183,12 @@ def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models
 
 def earlier_trainings(out: Path) -> list[dict[str, Any]]:
     """Earlier results of `collect`, anywhere in the result file of a study; empty if there is no such file."""
-    found: list[dict[str, Any]] = []
+    trainings: list[dict[str, Any]] = []
 
-    def see(part: dict[str, Any]) -> dict[str, Any]:
-        found.extend([part] if "training" in part else [])
-        return part
+    def see(record: dict[str, Any]) -> dict[str, Any]:
+        trainings.extend([record] if "training" in record else [])
+        return record
 
     if out.is_file():
         json.loads(out.read_text(encoding="utf-8"), object_hook=see)
-    return found
+    return trainings
