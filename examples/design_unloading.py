@@ -79,21 +79,21 @@ def design(
             dwell_time=float(np.exp(log_dwell)),
             unloading_rate=float(np.exp(log_rate)),
         )
-        found = simulate(scene, protocol, accuracy="standard").pull_off_force
-        tried.append((log_rate, float(found)))
-        if abs(found / wanted - 1.0) <= tolerance:
+        force = simulate(scene, protocol, accuracy="standard").pull_off_force
+        tried.append((log_rate, float(force)))
+        if abs(force / wanted - 1.0) <= tolerance:
             return Release(
                 unloading_rate=protocol.unloading_rate,
                 dwell_time=protocol.dwell_time,
                 predicted=float(pull_off[best]),
-                simulated=float(found),
+                simulated=float(force),
                 unpolished=tried[0][1],
                 simulations=len(tried),
             )
         if len(tried) > 1:
             (rate_before, force_before), (rate_now, force_now) = tried[-2:]
             power = np.clip(np.log(force_now / force_before) / (rate_now - rate_before), 0.05, 2.0)
-        log_rate = float(np.clip(log_rate + np.log(wanted / found) / power, low, high))
+        log_rate = float(np.clip(log_rate + np.log(wanted / force) / power, low, high))
         if log_rate == tried[-1][0]:
             break
     raise RuntimeError(
@@ -126,7 +126,7 @@ def descend(
     first, second = np.zeros_like(starts), np.zeros_like(starts)
     best, best_peak = starts.copy(), np.full(STARTS, np.inf)
     for step in range(1, steps + 1):
-        peak, gradient = (part.numpy() for part in look())
+        peak, gradient = (tensor.numpy() for tensor in look())
         better = np.abs(peak - aim) < np.abs(best_peak - aim)
         best[better], best_peak[better] = variables.numpy()[better], peak[better]
         # Adam, whose steps do not depend on the scale of the loss; the box of the training is kept.
@@ -149,18 +149,18 @@ def scaled_inputs(scaling: Scaling, variables: object, fixed: dict[str, float]) 
     onset = travel / fixed["loading_rate"]
     up, down = np.linspace(0.0, 1.0, COUNTS[0])[None], (np.arange(1, COUNTS[2] + 1) / COUNTS[2])[None]
     still = (np.arange(1, COUNTS[1] + 1) / COUNTS[1])[None]
-    one = tf.ones_like(rate)
-    times = tf.concat([onset * up * one, onset + dwell * still, onset + dwell + travel / rate * down], axis=1)
+    ones = tf.ones_like(rate)
+    times = tf.concat([onset * up * ones, onset + dwell * still, onset + dwell + travel / rate * down], axis=1)
     rise = np.concatenate([up, np.ones_like(still), 1.0 - down], axis=1)
-    depths = (start + travel * rise) * one
-    speed = tf.concat([0.0 * one, (depths[:, 1:] - depths[:, :-1]) / (times[:, 1:] - times[:, :-1])], axis=1)
+    depths = (start + travel * rise) * ones
+    speed = tf.concat([0.0 * ones, (depths[:, 1:] - depths[:, :-1]) / (times[:, 1:] - times[:, :-1])], axis=1)
     edge = np.zeros((1, sum(COUNTS)))
     edge[0, [COUNTS[0] - 1, COUNTS[0] + COUNTS[1] - 1]] = 1.0
 
     def symlog(values: object) -> object:
         return tf.sign(values) * tf.math.log1p(tf.abs(values))
 
-    columns = tf.stack([symlog(symlog(times)), symlog(depths), symlog(speed), edge * one], axis=-1)
+    columns = tf.stack([symlog(symlog(times)), symlog(depths), symlog(speed), edge * ones], axis=-1)
     columns = (columns - np.array(scaling.channel_mean)) / np.array(scaling.channel_scale)
     tabor = scaling.scale_tabor(np.full(STARTS, fixed["tabor"]))
     return tf.cast(columns, tf.float32), tf.constant(tabor)
@@ -172,11 +172,11 @@ def main() -> None:
     parser.add_argument("--model", default="M1-concat")
     parser.add_argument("--wanted", type=float, default=5.0)
     chosen = parser.parse_args()
-    found = design(surrogate.load(chosen.model, backend="keras"), wanted=chosen.wanted)
+    plan = design(surrogate.load(chosen.model, backend="keras"), wanted=chosen.wanted)
     print(
-        f"unload at {found.unloading_rate:.4g} after a dwell of {found.dwell_time:.4g}: the surrogate says "
-        f"{found.predicted:.4g}, the solver {found.unpolished:.4g} before and {found.simulated:.4g} after polishing "
-        f"({found.simulations} simulations, wanted {chosen.wanted:g})"
+        f"unload at {plan.unloading_rate:.4g} after a dwell of {plan.dwell_time:.4g}: the surrogate says "
+        f"{plan.predicted:.4g}, the solver {plan.unpolished:.4g} before and {plan.simulated:.4g} after polishing "
+        f"({plan.simulations} simulations, wanted {chosen.wanted:g})"
     )
 
 

@@ -29,7 +29,7 @@ KINDS = ("figures", "models", "measurements", "tables")
 
 def modules() -> dict[str, str]:
     """Module of each target, in any of the folders `KINDS`: that of `figure-5` is `figure_5.py`."""
-    files = sorted(path for kind in KINDS for path in (HERE / kind).glob("*.py") if path.stem != "__init__")
+    files = sorted(path for folder in KINDS for path in (HERE / folder).glob("*.py") if path.stem != "__init__")
     return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
 
 
@@ -44,20 +44,20 @@ def words_of(name: str) -> dict[str, str]:
     Raises:
         ValueError: it says nothing.
     """
-    words = captions().get(name, {})
-    if "shown" not in words:
+    entry = captions().get(name, {})
+    if "shown" not in entry:
         raise ValueError(f"Expected a table [{name}] with a text `shown` in {CAPTIONS}; received none")
-    return words
+    return entry
 
 
 def caption(name: str, sources: Sequence[Path]) -> str:
     """The text beside a figure: what is shown, from which data, and what differs from the paper."""
-    words = words_of(name)
+    entry = words_of(name)
     data = ", ".join(f"`{source}`" for source in sources)
     parts = {
-        "Shown": words["shown"],
+        "Shown": entry["shown"],
         "Data": f"{data}. `make {name}` draws the figure and writes this text.",
-        "Different from the paper": words.get("differs", "The paper has no such figure."),
+        "Different from the paper": entry.get("differs", "The paper has no such figure."),
     }
     lines = [f"**{title}.** {' '.join(text.split())}" for title, text in parts.items()]
     return "\n\n".join([f"# {name.replace('-', ' ').capitalize()}", *lines]) + "\n"
@@ -78,8 +78,8 @@ def save(products: Any, out: Path) -> list[Path]:
 
     captioned = []
     for stem, product in (products if isinstance(products, dict) else {out.stem: products}).items():
-        kind = "tables" if isinstance(product, Table) else "figures"
-        folder = out.parent.with_name(kind) if out.parent.name in ("figures", "tables") else out.parent
+        subfolder = "tables" if isinstance(product, Table) else "figures"
+        folder = out.parent.with_name(subfolder) if out.parent.name in ("figures", "tables") else out.parent
         if isinstance(product, Table):
             product.save(stem, folder)
             print(folder / f"{stem}.md")

@@ -36,10 +36,10 @@ def text_of(name: str, inputs: list[str]) -> str:
     try:
         if module.partition(".")[0] not in ("experiments", "paper_figures"):
             raise ImportError(module)
-        found = getattr(import_module(module), function)
+        text_function = getattr(import_module(module), function)
     except (ImportError, AttributeError) as error:
         raise ValueError(f"a place must name a function of experiments or paper_figures; received {name!r}") from error
-    return str(found(*(read_input(ROOT / path) for path in inputs)))
+    return str(text_function(*(read_input(ROOT / path) for path in inputs)))
 
 
 def filled(text: str) -> str:
@@ -49,8 +49,8 @@ def filled(text: str) -> str:
 
 def documents() -> list[Path]:
     """Every document that has a place."""
-    found = [path for pattern in DOCUMENTS for path in sorted(ROOT.glob(pattern))]
-    return [path for path in found if PLACE.search(path.read_text(encoding="utf-8"))]
+    paths = [path for pattern in DOCUMENTS for path in sorted(ROOT.glob(pattern))]
+    return [path for path in paths if PLACE.search(path.read_text(encoding="utf-8"))]
 
 
 def main(
@@ -61,12 +61,12 @@ def main(
     stale = []
     for document in names or documents():
         text = document.read_text(encoding="utf-8")
-        if (whole := filled(text)) != text:
+        if (updated := filled(text)) != text:
             stale.append(document)
             if check:
                 print(f"fill: {document} is out of date; run `python tools/fill.py {document}`", file=sys.stderr)
             else:
-                document.write_text(whole, encoding="utf-8")
+                document.write_text(updated, encoding="utf-8")
     if check and stale:
         raise typer.Exit(1)
 

@@ -66,11 +66,11 @@ def draw_gap(axes: Axes) -> None:
     schematics.line(axes, (foot, lowest), (at + 0.3, lowest), linestyle=":", linewidth=0.7)
 
     def measure(
-        place: float, low: float, high: float, text: str, color: str, side: float = 0.12, share: float = 0.5
+        across: float, low: float, high: float, text: str, color: str, side: float = 0.12, share: float = 0.5
     ) -> None:
-        schematics.arrow(axes, (place, low), (place, high), arrowstyle="<|-|>", color=color, mutation_scale=5)
+        schematics.arrow(axes, (across, low), (across, high), arrowstyle="<|-|>", color=color, mutation_scale=5)
         ha = "left" if side > 0 else "right"
-        axes.text(place + side, low + share * (high - low), text, color=color, va="center", ha=ha, fontsize=7.5)
+        axes.text(across + side, low + share * (high - low), text, color=color, va="center", ha=ha, fontsize=7.5)
 
     measure(foot - 0.25, level - depth, level, r"$\delta$", drawing.BLUE, -0.12)
     measure(foot + 0.35, level - depth, lowest, "", drawing.ORANGE)
@@ -80,10 +80,10 @@ def draw_gap(axes: Axes) -> None:
     measure(
         at - 1.9, level - float(np.interp(at - 1.9 - foot, radius, dent)), level, "$u_z$", drawing.VIOLET, -0.12, 0.8
     )
-    place = at - 0.75
-    gap = float(np.interp(place - foot, x - foot, sphere))
-    ground = level - float(np.interp(place - foot, radius, dent))
-    measure(place, ground, gap, "$h$", drawing.RED, 0.1, 0.3)
+    across = at - 0.75
+    gap = float(np.interp(across - foot, x - foot, sphere))
+    ground = level - float(np.interp(across - foot, radius, dent))
+    measure(across, ground, gap, "$h$", drawing.RED, 0.1, 0.3)
     schematics.arrow(axes, (foot, 0.55), (at, 0.55), color="0.3")
     axes.text(0.5 * (foot + at), 0.75, "$r$", ha="center")
     axes.text(foot + 0.2, HEIGHT - 0.7, r"$h=-\delta+h_0+r^2/(2R)+u_z$", fontsize=7.5)
@@ -102,9 +102,9 @@ def draw_protocol(axes: Axes, example: dict[str, Any]) -> None:
         middle = 0.5 * (times[index] + times[index + 1])
         height = 0.5 * (depths[index] + depths[index + 1])
         text = {"loading": r"$\hat v_L$", "dwell": r"$\hat t_D$", "unloading": r"$\hat v_U$"}[name]
-        place, ha = ((0, 4), "center") if name == "dwell" else ((-5 if name == "loading" else 5, 2), None)
+        offset, ha = ((0, 4), "center") if name == "dwell" else ((-5 if name == "loading" else 5, 2), None)
         ha = ha or ("right" if name == "loading" else "left")
-        drawing.note(axes, text, (middle, height), place, color=color, ha=ha, fontsize=8)
+        drawing.note(axes, text, (middle, height), offset, color=color, ha=ha, fontsize=8)
     axes.margins(y=0.14)
     axes.set(xlabel=drawing.TIME, ylabel=drawing.INDENTATION)
 

@@ -76,11 +76,11 @@ def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
 
 def compose(dataset_examples: Any, dataset: Path) -> Figure:
     """Draw figure 2."""
-    content = dataset_examples["examples"]
+    examples = dataset_examples["examples"]
     data = load_dataset(dataset)
     rows, scalars = data.completed, data.scalars
     drawn, panels = drawing.panels(3, 3, height=6.2)
-    for axes, example in zip(panels[:6], content, strict=True):
+    for axes, example in zip(panels[:6], examples, strict=True):
         draw_example(axes, example)
     panels[1].legend(loc="lower right")
     draw_histogram(panels[6], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")

@@ -12,9 +12,9 @@ from paper_figures.style import drawing
 
 def compose(dataset_examples: Any) -> Figure:
     """Draw figure 3."""
-    content = dataset_examples["mapping"]
-    native = {name: np.array(values) for name, values in content["native"].items()}
-    steps = {name: np.array(values) for name, values in content["steps"].items()}
+    mapping = dataset_examples["mapping"]
+    native = {name: np.array(values) for name, values in mapping["native"].items()}
+    steps = {name: np.array(values) for name, values in mapping["steps"].items()}
     index, ends = np.arange(1, len(steps["time"]) + 1), np.cumsum((0, *FMS))
     drawn = drawing.figure(height=4.4)
     upper, lower = drawn.subfigures(2, 1)
@@ -22,7 +22,7 @@ def compose(dataset_examples: Any) -> Figure:
     ticks = {"color": "0.3", "markersize": 5, "markeredgewidth": 0.4, "clip_on": False}
     labels = {"indentation": drawing.INDENTATION, "time": drawing.TIME, "force": drawing.FORCE}
     for axes, quantity in zip(first, ("indentation", "force"), strict=True):
-        drawing.by_phase(axes, native["time"], native[quantity], content["phase_times"])
+        drawing.by_phase(axes, native["time"], native[quantity], mapping["phase_times"])
         # The solver's time steps as ticks along the bottom.
         low = np.full_like(native["time"], 0.04)
         axes.plot(native["time"], low, "|", transform=axes.get_xaxis_transform(), **ticks)

@@ -17,42 +17,42 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import paper_names
 
 
-def draw_sizes(axes: Axes, content: Any, ranking: Any = None) -> None:
+def draw_sizes(axes: Axes, comparison: Any, ranking: Any = None) -> None:
     """Number of parameters against DTW-RMSE, with the paper's reference model."""
-    models = content["models"]
+    models = comparison["models"]
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, content, "parameters", "dtw_rmse", ranking, factor=1e-3)
+    draw_models(axes, comparison, "parameters", "dtw_rmse", ranking, factor=1e-3)
     # The least error is named, and its marker is in front and smaller: a model of about the same size may lie on it.
     best = min(models, key=lambda name: models[name]["dtw_rmse"])
     of_seeds = models_style.seeds_of(ranking, best) >= models_style.SEVERAL
     error = ranking["spread"][best]["test_dtw_rmse"]["median"] if of_seeds else models[best]["dtw_rmse"]
-    place = models[best]["parameters"] / 1e3, error
-    axes.plot(*place, **models_style.marker(best) | {"markersize": 4.8}, zorder=3.5)
+    position = models[best]["parameters"] / 1e3, error
+    axes.plot(*position, **models_style.marker(best) | {"markersize": 4.8}, zorder=3.5)
     color = models_style.color(best)
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": color, "shrinkB": 2}
     look = {"ha": "center", "va": "center", "color": color, "arrowprops": leader}
-    drawing.note(axes, f"least by ours: {best}", place, (46, -9), **look)
+    drawing.note(axes, f"least by ours: {best}", position, (46, -9), **look)
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)
 
 
-def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
+def draw_effective_energy(axes: Axes, cracks: dict[str, Any]) -> None:
     """Theory as a line; solver and surrogate at the velocities of the table; the solver also at its own velocities."""
-    points = content["points"]
-    theirs, own = ([one[name] for one in points] for name in ("crack_velocity", "own_crack_velocity"))
-    solver = [one["solver"] for one in points]
-    theory = content["theory"]
+    points = cracks["points"]
+    theirs, own = ([point[name] for point in points] for name in ("crack_velocity", "own_crack_velocity"))
+    solver = [point["solver"] for point in points]
+    theory = cracks["theory"]
     axes.plot(
         theory["crack_velocity"], theory["effective_energy"], color=COLOURS["closed form"], label="Persson-Brener"
     )
     axes.plot(theirs, solver, "s", color=drawing.BLACK, markersize=4.5, label="solver")
     open_square = {"color": drawing.BLACK, "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": 0.7}
     axes.plot(own, solver, "s", label="solver, own velocity", **open_square)
-    name = content["config"]["model"]
-    beyond = content["summary"]["extrapolation_percent"]
-    axes.plot(theirs, [one["surrogate"] for one in points], label=name, **models_style.marker(name))
+    name = cracks["config"]["model"]
+    beyond = cracks["summary"]["extrapolation_percent"]
+    axes.plot(theirs, [point["surrogate"] for point in points], label=name, **models_style.marker(name))
     if beyond:
         axes.set_title(rf"{name}: $\mu$ is {beyond:.3g} % above its training range", loc="right")
     axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
@@ -60,19 +60,19 @@ def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
     axes.legend(loc="upper left")
 
 
-def draw_data_efficiency(axes: Axes, content: dict[str, Any]) -> None:
+def draw_data_efficiency(axes: Axes, efficiency: dict[str, Any]) -> None:
     """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds."""
     axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
-    shares = sorted(content["shares"], key=lambda one: one["percent"])
-    percents, means, deviations = ([one[name] for one in shares] for name in ("percent", "mse_mean", "mse_sd"))
-    look = models_style.marker(content["config"]["architecture"])
-    folds = " or ".join(map(str, sorted({len(one["folds"]) for one in shares})))
+    shares = sorted(efficiency["shares"], key=lambda share: share["percent"])
+    percents, means, deviations = ([share[name] for share in shares] for name in ("percent", "mse_mean", "mse_sd"))
+    look = models_style.marker(efficiency["config"]["architecture"])
+    folds = " or ".join(map(str, sorted({len(share["folds"]) for share in shares})))
     axes.plot(percents, means, color=look["color"], linewidth=1.0, zorder=1)
     ends = ([max(mean + sign * sd, 0.1 * mean) for mean, sd in zip(means, deviations, strict=True)] for sign in (-1, 1))
     axes.fill_between(percents, *ends, color=look["color"], alpha=0.2, linewidth=0)
     axes.errorbar(percents, means, deviations, capsize=2, label=f"mean of {folds} folds", **look)
-    whole = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.9}
-    axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
+    hollow = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.9}
+    axes.plot(100.0, efficiency["full"]["mse"], label=f"all, {efficiency['full']['epochs']} epochs", **look | hollow)
     axes.legend(loc="upper right")
     for axis in (axes.xaxis, axes.yaxis):
         drawing.log_labels(axis)

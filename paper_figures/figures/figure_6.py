@@ -30,7 +30,7 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> N
 
 def compose(canonical_regimes: Any) -> Figure:
     """Draw figure 6."""
-    regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
+    regimes = {regime["sample"]: regime for regime in canonical_regimes["regimes"]}
     shades = drawing.tints(models_style.color(canonical_regimes["config"]["model"]), 3)
     drawn, panels = drawing.panels(2, 2, height=5.2)
     for axes, samples in zip(panels, PANELS, strict=True):

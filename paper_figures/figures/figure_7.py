@@ -27,27 +27,27 @@ LABELS = {
 }
 
 
-def draw_distribution(axes: Axes, content: dict[str, Any], column: str, ours: dict[str, Any] | None) -> None:
+def draw_distribution(axes: Axes, statistics: dict[str, Any], column: str, ours: dict[str, Any] | None) -> None:
     """Stacked shares in logarithmic bins, with median and 90th percentile marked, and the outline of those by ours."""
-    values = np.array(content["per_trajectory"][column])
-    quartile = np.array(content["per_trajectory"]["quartile"])
+    values = np.array(statistics["per_trajectory"][column])
+    quartile = np.array(statistics["per_trajectory"]["quartile"])
     top = 10.0 ** np.ceil(np.log10(max(values.max(), 10.0)))
     decades = np.log10(top / LOWEST)
     bins = np.geomspace(LOWEST, top, round(BINS_PER_DECADE * decades) + 1)
     parts = [np.clip(values[quartile == q], LOWEST, None) for q in range(4)]
-    weights = [np.full(len(part), 100.0 / len(values)) for part in parts]
+    weights = [np.full(len(errors), 100.0 / len(values)) for errors in parts]
     sums, _, _ = axes.hist(parts, bins=bins, weights=weights, stacked=True, color=COLORS)
     highest = sums[-1].max()
     if ours:
-        other = np.clip(ours["per_trajectory"][column], LOWEST, top)
-        shares, _ = np.histogram(other, bins, weights=np.full(len(other), 100.0 / len(other)))
+        by_ours = np.clip(ours["per_trajectory"][column], LOWEST, top)
+        shares, _ = np.histogram(by_ours, bins, weights=np.full(len(by_ours), 100.0 / len(by_ours)))
         label = f"our recipe, median {ours['overall'][column]['median']:.2g} %"
         highest = max(highest, shares.max())
         axes.stairs(shares, bins, color="0.35", linewidth=0.9, label=label)
     axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
     drawing.log_labels(axes.xaxis)
     mark_lowest(axes.xaxis)
-    overall = content["overall"][column]
+    overall = statistics["overall"][column]
     for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
         label = f"{text} {overall[name]:.2g} %"
         axes.axvline(overall[name], ymax=BARS, color=drawing.BLACK, linestyle=style, linewidth=0.9, label=label)
@@ -55,9 +55,9 @@ def draw_distribution(axes: Axes, content: dict[str, Any], column: str, ours: di
     axes.legend(loc="upper left")
 
 
-def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlation: float) -> None:
+def draw_relation(axes: Axes, statistics: dict[str, Any], x: str, y: str, correlation: float) -> None:
     """Scatter of two errors, one point for each trajectory, coloured by quartile."""
-    columns = content["per_trajectory"]
+    columns = statistics["per_trajectory"]
     quartile = np.array(columns["quartile"])
     across, up = (np.clip(np.array(columns[name]), LOWEST, None) for name in (x, y))
     look = {"markersize": 3.0, "markeredgewidth": 0, "alpha": 0.75, "rasterized": True}

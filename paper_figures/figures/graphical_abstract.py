@@ -47,7 +47,7 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
 
 def compose(canonical_regimes: Any, error_statistics: Any) -> Figure:
     """Draw the graphical abstract."""
-    regime = next(one for one in canonical_regimes["regimes"] if one["sample"] == SAMPLE)
+    regime = next(candidate for candidate in canonical_regimes["regimes"] if candidate["sample"] == SAMPLE)
     drawn = drawing.figure(height=2.5)
     first, second, third = drawn.subplots(1, 3)
     depths = regime["steps"]["indentation"]

@@ -24,17 +24,17 @@ PRETRAINED = ("fast", "accurate")
 def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
     """Draw the tools of this repository; the solver and the paper's discretisation are lines."""
     most = max(tool["protocols"] for tool in tools)
-    for kind in ("solver", "paper's discretisation", *PRETRAINED):
-        points = [tool for tool in tools if tool["kind"] == kind]
+    for group in ("solver", "paper's discretisation", *PRETRAINED):
+        points = [tool for tool in tools if tool["kind"] == group]
         places = [place(tool) for tool in points]
-        look = {"linestyle": "" if kind in PRETRAINED else "-", "linewidth": 1.0, "markersize": 3.5}
-        axes.plot(*zip(*places, strict=True), label=kind, **KINDS[kind] | look)
+        look = {"linestyle": "" if group in PRETRAINED else "-", "linewidth": 1.0, "markersize": 3.5}
+        axes.plot(*zip(*places, strict=True), label=group, **KINDS[group] | look)
         for tool, (seconds, error) in zip(points, places, strict=True):
-            color, high = KINDS[kind]["color"], 100.0 * tool["errors"]["pull_off_force"]["p95"]
+            color, high = KINDS[group]["color"], 100.0 * tool["errors"]["pull_off_force"]["p95"]
             axes.plot([seconds] * 2, [error, high], color=color, linewidth=0.5)
             if tool["protocols"] < most:
-                axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[kind])
-            if kind == "solver" and tool["setting"] in NAMED:
+                axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[group])
+            if group == "solver" and tool["setting"] in NAMED:
                 beside(axes, tool["setting"], (seconds, error), color, NAMED[tool["setting"]])
     for tool in tools:
         if tool.get("model") and tool["way"] == "ONNX batch":

@@ -39,19 +39,19 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
     for name, (shade, style) in STYLES.items():
         if name in lines:
             axes.loglog(QUERIES, totals(lines[name]), color=shade, linestyle=style, label=name)
-    for one in amortisation["break_even"]:
-        if one["surrogate"] in STYLES and one["solver"] in STYLES and one["queries"]:
-            at = one["queries"]
-            height = (lines[one["solver"]]["query_seconds"] * at) / 3600.0
+    for crossing in amortisation["break_even"]:
+        if crossing["surrogate"] in STYLES and crossing["solver"] in STYLES and crossing["queries"]:
+            at = crossing["queries"]
+            height = (lines[crossing["solver"]]["query_seconds"] * at) / 3600.0
             edge = {"markersize": 4, "markeredgecolor": "white", "markeredgewidth": 0.5}
-            axes.plot(at, height, "o", color=STYLES[one["surrogate"]][0], zorder=4, **edge)
+            axes.plot(at, height, "o", color=STYLES[crossing["surrogate"]][0], zorder=4, **edge)
     size = amortisation["data_set_trajectories"]
     axes.axvline(size, color="0.7", linewidth=0.7, zorder=0)
     drawing.beside(axes, size, "size of the data set", height=1.0, shift=-2, rotation=90, color="0.4")
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper")
-    said = {
+    phrases = {
         "missing": "Not published yet",
         "unmeasured": "Published but not measured",
         "retrained": "Retrained since the measurement",
@@ -60,15 +60,15 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
     errors = {name: percent(line["errors"]["force"]["median"]) for name, line in lines.items() if line.get("errors")}
     rows = [
         [
-            *(word for name in (one["surrogate"], one["solver"]) for word in (name, errors.get(name, "-"))),
-            "never" if one["queries"] is None else number(one["queries"]),
+            *(word for name in (crossing["surrogate"], crossing["solver"]) for word in (name, errors.get(name, "-"))),
+            "never" if crossing["queries"] is None else number(crossing["queries"]),
         ]
-        for one in amortisation["break_even"]
+        for crossing in amortisation["break_even"]
     ]
     minutes = number(amortisation["data_set_seconds"] / 60.0)
     table = Table(
         ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
         rows,
-        caption("amortisation", minutes=minutes, left_out=left_out(amortisation, said)),
+        caption("amortisation", minutes=minutes, left_out=left_out(amortisation, phrases)),
     )
     return {"figure-amortisation": drawn, "amortisation": table}

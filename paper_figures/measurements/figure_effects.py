@@ -58,23 +58,23 @@ def draw_ladder(axes: Axes, effect_pairs: dict[str, Any]) -> None:
     rows = range(len(scenes))
     for number, tabor in enumerate(effect_pairs["tabor"]):
         shade = str(0.75 - 0.75 * number / (len(effect_pairs["tabor"]) - 1))
-        each = [1e3 * scene["seconds"][number] for scene in scenes]
-        axes.plot(each, rows, "o", color=shade, markersize=3, label=rf"$\mu={tabor:g}$")
+        milliseconds = [1e3 * scene["seconds"][number] for scene in scenes]
+        axes.plot(milliseconds, rows, "o", color=shade, markersize=3, label=rf"$\mu={tabor:g}$")
     axes.set_yticks(rows, labels=[scene["name"] for scene in scenes])
     axes.set(xscale="log", xlabel="processor time of a simulation (ms)")
     axes.grid(axis="y", color="0.9", linewidth=0.5)
     below(axes)
 
 
-def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
+def draw_stand_ins(axes: Axes, effects: dict[str, Any]) -> None:
     """Draw the error of each simpler scene over the rate, the tolerance, and the recommendation along the top."""
-    points = content["stand_ins"]
+    points = effects["stand_ins"]
     rates = [point["rate"] for point in points]
     for name in points[0]["errors"]:
         color, line = STYLES[name]
         errors = [100.0 * point["errors"][name] for point in points]
         axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
-    axes.axhline(100.0 * content["tolerance"], **TOLERANCE)
+    axes.axhline(100.0 * effects["tolerance"], **TOLERANCE)
     axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
     axes.set_ylim(0.08, 1.5e3)
     edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
@@ -88,20 +88,20 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
             color = BANDS.get(name, "0.5")
             axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color=color, linewidth=0, label=f"calls for: {name}")
             begin = end
-    axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", color="0.4")
+    axes.text(rates[-1], 110.0 * effects["tolerance"], "tolerance", ha="right", va="bottom", color="0.4")
     below(axes)
 
 
-def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
+def draw_ranges(axes: Axes, effects: dict[str, Any]) -> None:
     """Draw the error of the DMT-like and the JKR-like scene over the Tabor parameter of the full scene."""
-    points = content["ranges"]
+    points = effects["ranges"]
     tabors = [point["tabor"] for point in points]
     for name in ("DMT-like", "JKR-like"):
-        for kind, line in (("elastic", "-"), ("one relaxation", ":")):
-            errors = [100.0 * point[f"{name}, {kind}"] for point in points]
-            label = name if kind == "elastic" else None
+        for solid, line in (("elastic", "-"), ("one relaxation", ":")):
+            errors = [100.0 * point[f"{name}, {solid}"] for point in points]
+            label = name if solid == "elastic" else None
             axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
-    axes.axhline(100.0 * content["tolerance"], **TOLERANCE)
+    axes.axhline(100.0 * effects["tolerance"], **TOLERANCE)
     axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
     axes.plot([], [], "-", color="0.4", label="elastic")
     axes.plot([], [], ":", color="0.4", label="one relaxation")

@@ -42,10 +42,10 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
 
 def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
     """How often the error exceeds a size."""
-    for name, kind in kinds.items():
-        errors = np.maximum(np.sort(kind["pull_off_errors"])[::-1], LEAST)
+    for name, record in kinds.items():
+        errors = np.maximum(np.sort(record["pull_off_errors"])[::-1], LEAST)
         share = np.arange(1, errors.size + 1) / errors.size
-        points = "+".join(map(str, kind["counts"]))
+        points = "+".join(map(str, record["counts"]))
         axes.loglog(100.0 * errors, share, color=drawing.STEPS[name]["color"], label=f"{name}, {points}")
     for share in (0.1, 0.01):
         axes.axhline(share, color="0.7", linewidth=0.5, linestyle=":")
@@ -55,12 +55,12 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
 
 def page_text(measurement_floor: Any) -> str:
     """A table of the errors for a page, in percent."""
-    found = []
-    for name, kind in measurement_floor["kinds"].items():
-        cells = [kind[reading] for reading in READINGS]
+    rows = []
+    for name, record in measurement_floor["kinds"].items():
+        cells = [record[reading] for reading in READINGS]
         texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
-        found.append([name, " + ".join(map(str, kind["counts"])), *texts])
-    table = markdown_table(["Steps", "Points", *READINGS.values()], found, "llrrrr")
+        rows.append([name, " + ".join(map(str, record["counts"])), *texts])
+    table = markdown_table(["Steps", "Points", *READINGS.values()], rows, "llrrrr")
     return f"{table}\n\nMeasured by `{measurement_floor['command']}`."
 
 

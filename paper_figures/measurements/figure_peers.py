@@ -15,7 +15,7 @@ from paper_figures.style import drawing
 from paper_figures.style.drawing import KINDS
 
 STYLES = {
-    **{kind: KINDS[kind] for kind in ("solver", "paper's discretisation", "closed form")},
+    **{tool: KINDS[tool] for tool in ("solver", "paper's discretisation", "closed form")},
     "Adhesion": {"color": COLOURS["Adhesion"], "marker": "D"},
     "tamaas": {"color": COLOURS["tamaas"], "marker": "^"},
 }
@@ -40,7 +40,7 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
         seconds = [run["seconds"] for run in points]
         errors = [max(100.0 * run["error"], LEAST) for run in points]
         line = "" if tool == "closed form" else "-"
-        resolved = [place for place, error in enumerate(errors) if error > LEAST]
+        resolved = [index for index, error in enumerate(errors) if error > LEAST]
         axes.plot(seconds, errors, linestyle=line, linewidth=1.0, markersize=4, markevery=resolved, **style)
         for run, second, error in zip(points, seconds, errors, strict=True):
             if error == LEAST:

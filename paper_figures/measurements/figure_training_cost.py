@@ -23,25 +23,25 @@ def compose(training_cost: Any) -> Figure:
     The curves of the other architectures are grey and behind that of the reference model; the paper's error is a line.
     """
     drawn = drawing.figure(width=drawing.COLUMN, height=3.0)
-    axes, content = drawn.subplots(), training_cost
-    for model in sorted(content["models"], key=lambda one: one["name"] == REFERENCE):
+    axes, cost = drawn.subplots(), training_cost
+    for model in sorted(cost["models"], key=lambda run: run["name"] == REFERENCE):
         history = model["history"]
         first = model["name"] == REFERENCE
         style = {"color": models_style.color(REFERENCE), "linewidth": 1.4} if first else GREY
         label = f"{REFERENCE}, validation so far" if first else "other architectures, validation so far"
         axes.loglog(history["core_minutes"], history["best_mse"], label=label, **style)
-    references = [model for model in content["models"] if model["name"] == REFERENCE]
+    references = [model for model in cost["models"] if model["name"] == REFERENCE]
     longest_left = max((run["core_minutes"] for run in references), default=float("inf"))
-    for run in [*references, *content["beside"]]:
+    for run in [*references, *cost["beside"]]:
         at = (run["core_minutes"], run["test_mse"])
         axes.loglog(*at, label="held-out, end of a run", zorder=4, **models_style.marker(REFERENCE))
-        words = run["name"].removeprefix(REFERENCE).replace("-paper", "-paper's recipe").replace("-", " ").strip()
+        suffix = run["name"].removeprefix(REFERENCE).replace("-paper", "-paper's recipe").replace("-", " ").strip()
         # Names of trainings that took no longer than the reference are to the left, the others to the right.
-        shift, side = (-5, "right") if words and run["core_minutes"] <= longest_left else (5, "left")
+        shift, side = (-5, "right") if suffix and run["core_minutes"] <= longest_left else (5, "left")
         look = {"ha": side, "va": "center", "bbox": LEGIBLE, "zorder": 3.5}
-        drawing.note(axes, words or f"{run['epochs']} epochs", at, (shift, 0), **look)
-    axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
-    reached = content["minutes_to_paper_mse"]
+        drawing.note(axes, suffix or f"{run['epochs']} epochs", at, (shift, 0), **look)
+    axes.axhline(cost["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
+    reached = cost["minutes_to_paper_mse"]
     if reached is not None:
         axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
         text = f"{reached:.2g} core-minutes to\nthe paper's error"

@@ -53,11 +53,11 @@ def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
     for layer in layers:
         if layer["name"] != TABOR:
             by_row.setdefault(rows[layer["name"]], []).append(layer["name"])
-    found = {}
+    centres = {}
     for row, members in by_row.items():
         for index, name in enumerate(members):
-            found[name] = (0.56 * (index - 0.5 * (len(members) - 1)), -float(row))
-    return found
+            centres[name] = (0.56 * (index - 0.5 * (len(members) - 1)), -float(row))
+    return centres
 
 
 def draw_arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
@@ -105,7 +105,7 @@ def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
 
 def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
     """Draw the models of one family side by side, in a panel of `deepest` rows."""
-    for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
+    for column, conditioning in enumerate(name for name in CONDITIONINGS if f"{family}-{name}" in graphs):
         graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
         draw_model(axes, graph, x)
         axes.text(x, 0.5, conditioning, ha="center", fontweight="bold")
@@ -116,21 +116,21 @@ def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -
     axes.axis("off")
 
 
-def draw_own(content: dict[str, Any], family: str) -> Figure:
+def draw_own(architectures: dict[str, Any], family: str) -> Figure:
     """Draw the models of one family.
 
     Raises:
         ValueError: The result holds no family of that name.
     """
-    known = content["families"]
-    if family not in known:
-        raise ValueError(f"family must be one of {', '.join(known)}; received {family!r}")
-    graphs = {name: graph for name, graph in content["models"].items() if name.rpartition("-")[0] == family}
+    families = architectures["families"]
+    if family not in families:
+        raise ValueError(f"family must be one of {', '.join(families)}; received {family!r}")
+    graphs = {name: graph for name, graph in architectures["models"].items() if name.rpartition("-")[0] == family}
     deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
     drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
     axes = drawn.subplots()
     draw_family(axes, graphs, family, deepest)
-    axes.set_title(f"{family}: {known[family]}", loc="left", fontweight="bold")
+    axes.set_title(f"{family}: {families[family]}", loc="left", fontweight="bold")
     return drawn
 
 

@@ -46,27 +46,27 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any], ranking: Any = None) -> 
         if count >= models_style.SEVERAL:
             curves = ranking["curves"][f"features-{name}"]
             low, high = min(map(min, curves)), max(map(min, curves))
-            words = f"{label} ({low:.1e} to {high:.1e}, {count} seeds)"
-            models_style.draw_curves_of_seeds(axes, curves, STYLES[name], words)
+            text = f"{label} ({low:.1e} to {high:.1e}, {count} seeds)"
+            models_style.draw_curves_of_seeds(axes, curves, STYLES[name], text)
         else:
-            words = f"{label} ({sets[name]['validation_mse']:.1e})"
-            models_style.draw_curve(axes, sets[name]["history"], STYLES[name], words)
+            text = f"{label} ({sets[name]['validation_mse']:.1e})"
+            models_style.draw_curve(axes, sets[name]["history"], STYLES[name], text)
     axes.legend(loc="upper right")
     # Room for the legend above the curve of A.
     axes.set_ylim(top=axes.get_ylim()[1] * 4.0 ** max(0, len(names) - len("ABCD")))
 
 
-def draw_hidden(axes: Axes, content: dict[str, Any], reading: str) -> None:
+def draw_hidden(axes: Axes, feature_sets: dict[str, Any], reading: str) -> None:
     """Errors of the solver's forces at the steps and of each feature set: medians, with bars to the 90th percentile."""
-    columns = {FLOOR: content["floor"]}
+    columns = {FLOOR: feature_sets["floor"]}
     for name in LABELS:
-        columns[name] = {kind: _hidden(content, part, name) for part, kind in STEPS.items()}
-    columns = {name: found for name, found in columns.items() if any(found.values())}
-    for kind, shift in zip(drawing.STEPS, (-0.12, 0.12), strict=True):
-        look, label = drawing.STEPS[kind], f"{kind} steps"
-        for place, found in enumerate(columns.values()):
-            if errors := found.get(kind):
-                at, low, high = place + shift, errors[reading]["p50"], errors[reading]["p90"]
+        columns[name] = {steps: _hidden(feature_sets, group, name) for group, steps in STEPS.items()}
+    columns = {name: errors for name, errors in columns.items() if any(errors.values())}
+    for steps, shift in zip(drawing.STEPS, (-0.12, 0.12), strict=True):
+        look, label = drawing.STEPS[steps], f"{steps} steps"
+        for position, by_steps in enumerate(columns.values()):
+            if errors := by_steps.get(steps):
+                at, low, high = position + shift, errors[reading]["p50"], errors[reading]["p90"]
                 axes.plot([at, at], [low, high], color=look["color"], linewidth=1.0)
                 axes.plot(at, low, linestyle="", markersize=4.5, label=label, **look)
                 label = None
@@ -75,29 +75,29 @@ def draw_hidden(axes: Axes, content: dict[str, Any], reading: str) -> None:
     drawing.log_labels(axes.yaxis)
 
 
-def _hidden(content: dict[str, Any], part: str, name: str) -> dict[str, Any] | None:
-    return content.get(part, {}).get(name, {}).get("hidden")
+def _hidden(feature_sets: dict[str, Any], group: str, name: str) -> dict[str, Any] | None:
+    return feature_sets.get(group, {}).get(name, {}).get("hidden")
 
 
-def features_table(content: dict[str, Any], ranking: Any = None) -> Table:
+def features_table(feature_sets: dict[str, Any], ranking: Any = None) -> Table:
     """One row for each feature set and kind of steps: errors over the seeds if there are two, or of one training."""
     rows = []
-    for part, kind in STEPS.items():
+    for group, steps in STEPS.items():
         for name, inputs in LABELS.items():
-            found = content.get(part, {}).get(name)
-            count = models_style.seeds_of(ranking, f"features-{name}") if part == "sets" else 0
+            training = feature_sets.get(group, {}).get(name)
+            count = models_style.seeds_of(ranking, f"features-{name}") if group == "sets" else 0
             if count >= models_style.SEVERAL:
                 spread = ranking["spread"][f"features-{name}"]
                 errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
-            elif found:
-                count, errors = 1, [number(found[metric]) for metric in ("validation_mse", "mse")]
-            elif part in content and name in content.get("config", {}).get(part, "ABCD"):
+            elif training:
+                count, errors = 1, [number(training[metric]) for metric in ("validation_mse", "mse")]
+            elif group in feature_sets and name in feature_sets.get("config", {}).get(group, "ABCD"):
                 count, errors = 0, ["-", "-"]
             else:
                 continue
-            rows.append([name, inputs, kind, str(count), *errors, *_readings(found and found.get("hidden"))])
-    for kind, errors in content.get("floor", {}).items():
-        rows.append(["", FLOOR, kind, "", "", "", *_readings(errors)])
+            rows.append([name, inputs, steps, str(count), *errors, *_readings(training and training.get("hidden"))])
+    for steps, errors in feature_sets.get("floor", {}).items():
+        rows.append(["", FLOOR, steps, "", "", "", *_readings(errors)])
     head = ["Set", "Inputs", "Steps", "Trainings", "Validation MSE", "Held-out MSE"]
     return Table([*head, *(f"Error of the {name} (%)" for name in READINGS.values())], rows, caption("features"))
 
@@ -117,21 +117,21 @@ def page_text(feature_sets: Any) -> str:
     return f"{markdown_table(heads, rows, 'lllrrrr')}\n\n{gains(feature_sets)} {measured}"
 
 
-def gains(content: dict[str, Any]) -> str:
+def gains(feature_sets: dict[str, Any]) -> str:
     """What physical steps and the inputs F change, as a list."""
-    plain, steps, inputs, both = (_hidden(content, part, name) for name in ("D", "F") for part in STEPS)
+    plain, steps, inputs, both = (_hidden(feature_sets, group, name) for name in ("D", "F") for group in STEPS)
     if not (plain and steps and inputs and both):
         return "Not all of these are trained yet: `make feature-sets`."
     lines = []
     for reading, name in READINGS.items():
-        for level, words in (("p50", "median"), ("p90", "90th percentile")):
-            first, *others = (f"{number(one[reading][level], 2)} %" for one in (plain, steps, inputs, both))
-            changed = zip(others, ("physical steps alone", "the inputs F alone", "both"), strict=True)
-            changes = ", ".join(f"{error} with {what}" for error, what in changed)
-            lines.append(f"- Error of the {name}, {words}: {first} with D at uniform steps; {changes}.")
-    ratios = {kind: content[part]["D"]["mse"] / content[part]["F"]["mse"] for part, kind in STEPS.items()}
-    words = ", ".join(f"{ratio:.2g} at {kind} steps" for kind, ratio in ratios.items())
-    return "\n".join([*lines, f"- Held-out MSE with D over that with F: {words}.", "", "One training each."])
+        for level, label in (("p50", "median"), ("p90", "90th percentile")):
+            first, *errors = (f"{number(record[reading][level], 2)} %" for record in (plain, steps, inputs, both))
+            changed = zip(errors, ("physical steps alone", "the inputs F alone", "both"), strict=True)
+            changes = ", ".join(f"{error} with {change}" for error, change in changed)
+            lines.append(f"- Error of the {name}, {label}: {first} with D at uniform steps; {changes}.")
+    ratios = {name: feature_sets[group]["D"]["mse"] / feature_sets[group]["F"]["mse"] for group, name in STEPS.items()}
+    factors = ", ".join(f"{ratio:.2g} at {name} steps" for name, ratio in ratios.items())
+    return "\n".join([*lines, f"- Held-out MSE with D over that with F: {factors}.", "", "One training each."])
 
 
 def range_text(spread: dict[str, float]) -> str:
@@ -141,12 +141,12 @@ def range_text(spread: dict[str, float]) -> str:
     return text if same else f"{text} ({number(spread['min'])} to {number(spread['max'])})"
 
 
-def draw_shares(axes: Axes, content: dict[str, Any]) -> None:
+def draw_shares(axes: Axes, efficiency: dict[str, Any]) -> None:
     """One curve for each share of the training part, from the first fold; the whole part in black."""
-    shares, shades = content["shares"], colormaps["viridis"]
-    curves = [("100 %", drawing.BLACK, content["full"])]
-    for index, one in enumerate(shares):
-        curves.append((f"{one['percent']:.3g} %", shades(0.9 * (index + 1) / len(shares)), one["folds"][FOLD]))
+    shares, shades = efficiency["shares"], colormaps["viridis"]
+    curves = [("100 %", drawing.BLACK, efficiency["full"])]
+    for index, share in enumerate(shares):
+        curves.append((f"{share['percent']:.3g} %", shades(0.9 * (index + 1) / len(shares)), share["folds"][FOLD]))
     for label, color, trained in curves:
         models_style.draw_curve(axes, trained["history"], {"color": color, "marker": "o"}, label)
     axes.legend(loc="upper right", ncols=2)

@@ -19,9 +19,9 @@ def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
     """Draw the solver's force as a line, and each prediction as the model's markers in its own colour."""
     drawing.zero_line(axes)
     axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
-    for (total, found), color in zip(sample["predictions"].items(), COLORS, strict=False):
+    for (total, prediction), color in zip(sample["predictions"].items(), COLORS, strict=False):
         look = models_style.step_marker(model) | {"markersize": 4.2, "color": color, "markeredgecolor": color}
-        axes.plot(found["indentation"], found["predicted"], label=f"$N = {total}$", **look)
+        axes.plot(prediction["indentation"], prediction["predicted"], label=f"$N = {total}$", **look)
     axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
     axes.set_title(f"sample ({sample['sample']})", loc="right")
     axes.legend(loc="best")

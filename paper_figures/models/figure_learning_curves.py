@@ -11,16 +11,16 @@ from surrogate.architectures.naming import PAPER_FAMILIES, paper_names
 SHOWN = ("FiLM", "gated")
 
 
-def draw_curves(axes: Axes, content: Any, conditioning: str, ranking: Any = None) -> None:
+def draw_curves(axes: Axes, comparison: Any, conditioning: str, ranking: Any = None) -> None:
     """Draw the validation MSE over the epochs of the models of a conditioning in `model_comparison`, by both recipes.
 
     A model with two seeds or more is drawn as their median, in a band from the least to the largest; it is dashed. A
     training by the paper's recipe has a marker with a black edge.
     """
-    models = content["models"]
-    for name, found in models_style.trained_by_paper_recipe(content).items():
+    models = comparison["models"]
+    for name, model in models_style.trained_by_paper_recipe(comparison).items():
         if name.endswith(conditioning):
-            models_style.draw_curve(axes, found["history"], models_style.recipe_marker(name), "_", "-")
+            models_style.draw_curve(axes, model["history"], models_style.recipe_marker(name), "_", "-")
     names = {family: f"{family}-{conditioning}" for family in PAPER_FAMILIES}
     for family, name in names.items():
         if name not in models:

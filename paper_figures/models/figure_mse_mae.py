@@ -12,17 +12,17 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import paper_names
 
 
-def draw_models(axes: Axes, content: Any, x: str, y: str, ranking: Any = None, *, factor: float = 1.0) -> None:
+def draw_models(axes: Axes, comparison: Any, x: str, y: str, ranking: Any = None, *, factor: float = 1.0) -> None:
     """Draw one marker for each training by the paper's recipe and for each by ours, in `model_comparison`.
 
     A model with two seeds is drawn as their median and range; `factor` scales parameters.
     """
-    for name, found in models_style.trained_by_paper_recipe(content).items():
-        axes.plot(factor * found[x], found[y], **models_style.recipe_marker(name))
-    for name, found in content["models"].items():
-        place = factor * found[x] if x == "parameters" else f"test_{x}"
-        if not models_style.draw_spread(axes, ranking, name, place, f"test_{y}"):
-            axes.plot(factor * found[x], found[y], label=name, zorder=3, **models_style.marker(name))
+    for name, model in models_style.trained_by_paper_recipe(comparison).items():
+        axes.plot(factor * model[x], model[y], **models_style.recipe_marker(name))
+    for name, model in comparison["models"].items():
+        position = factor * model[x] if x == "parameters" else f"test_{x}"
+        if not models_style.draw_spread(axes, ranking, name, position, f"test_{y}"):
+            axes.plot(factor * model[x], model[y], label=name, zorder=3, **models_style.marker(name))
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:

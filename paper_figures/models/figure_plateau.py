@@ -27,11 +27,11 @@ def compose(model_comparison: Any) -> Figure:
     beside = model_comparison["beside"]
     if PAPER_TRAINED[REFERENCE] not in beside:
         raise FileNotFoundError(f"{PAPER_TRAINED[REFERENCE]} is not published; `make model-paper-recipe` trains it")
-    found = (beside[PAPER_TRAINED[REFERENCE]], beside.get(WORDED), model_comparison["models"].get(REFERENCE))
+    trainings = (beside[PAPER_TRAINED[REFERENCE]], beside.get(WORDED), model_comparison["models"].get(REFERENCE))
     drawn, (errors, rates) = drawing.panels(1, 2, sharex=True, height=2.5)
-    for (label, look), one in zip(LOOKS.items(), found, strict=True):
-        if one:
-            history = one["history"]
+    for (label, look), training in zip(LOOKS.items(), trainings, strict=True):
+        if training:
+            history = training["history"]
             errors.plot(history["epoch"], history["validation_mse"], linewidth=0.8, label=label, **look)
             rates.plot(history["epoch"], history["learning_rate"], linewidth=1.2, label=label, **look)
     errors.set(xlabel="epoch", ylabel="validation MSE", xscale="log", yscale="log")

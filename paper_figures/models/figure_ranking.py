@@ -29,17 +29,17 @@ LEAST_SPAN = 6.0
 """Least ratio of the upper to the lower end of an axis."""
 
 
-def error_of(found: dict[str, Any], metric: str) -> float:
+def error_of(model: dict[str, Any], metric: str) -> float:
     """An error of a model in `model_comparison`, of the name that it has in `ranking`."""
     column = COLUMNS[metric]
-    return found["test"][column]["median"] if "percent" in column else found[column]
+    return model["test"][column]["median"] if "percent" in column else model[column]
 
 
 def limits(ranking: Any, metric: str, by_recipe: dict[str, Any]) -> tuple[float, float]:
     """Ends of an axis that shows all seeds and intervals of the paper's models, and at least two labels."""
     spreads = [ranking["spread"][name][metric] for name in paper_names() if name in ranking["spread"]]
     ends = [value for spread in spreads for value in spread.values()] or [1.0]
-    ends += [error_of(found, metric) for found in by_recipe.values()]
+    ends += [error_of(model, metric) for model in by_recipe.values()]
     low, high = min(ends) / 1.2, max(ends) * 1.2
     wider = max(1.0, np.sqrt(LEAST_SPAN * low / high))
     return low / wider, high * wider
@@ -47,15 +47,15 @@ def limits(ranking: Any, metric: str, by_recipe: dict[str, Any]) -> tuple[float,
 
 def draw_errors(axes: Axes, ranking: Any, metric: str, by_recipe: dict[str, Any]) -> None:
     """Draw seeds and intervals of all models in one panel, and their errors by the paper's recipe."""
-    for place, family in enumerate(PAPER_FAMILIES):
+    for position, family in enumerate(PAPER_FAMILIES):
         for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
             name = f"{family}-{conditioning}"
             if name in by_recipe:
-                axes.plot(place + shift, error_of(by_recipe[name], metric), **models_style.recipe_marker(name))
+                axes.plot(position + shift, error_of(by_recipe[name], metric), **models_style.recipe_marker(name))
             rows, spread = ranking["models"].get(name, []), ranking["spread"].get(name, {}).get(metric)
             if not rows:
                 continue
-            at = place + shift
+            at = position + shift
             low, high = spread["low"], spread["high"]
             axes.bar(at, high - low, WIDTH, bottom=low, color=models_style.color(name), alpha=0.35, linewidth=0)
             axes.plot([at - 0.5 * WIDTH, at + 0.5 * WIDTH], [spread["median"]] * 2, color="0.2", linewidth=0.7)
@@ -63,8 +63,8 @@ def draw_errors(axes: Axes, ranking: Any, metric: str, by_recipe: dict[str, Any]
             across = at + 0.07 * (np.arange(len(rows)) - 0.5 * (len(rows) - 1))
             look = models_style.marker(name) | {"markersize": 0.62 * models_style.SIZES[conditioning]}
             axes.plot(across, [row[metric] for row in rows], label=name, zorder=3, **look)
-        if place:
-            axes.axvline(place - 0.5, color="0.88", linewidth=0.6, zorder=0)
+        if position:
+            axes.axvline(position - 0.5, color="0.88", linewidth=0.6, zorder=0)
     axes.set(xlim=(-0.5, len(PAPER_FAMILIES) - 0.5), xticks=range(len(PAPER_FAMILIES)), yscale="log")
     axes.set_xticklabels(PAPER_FAMILIES)
     axes.tick_params(axis="x", length=0, which="both")

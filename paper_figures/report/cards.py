@@ -57,12 +57,12 @@ def model_card(folder: Path, dataset: Dataset) -> str:
     parts = regions({name: values[rows] for name, values in dataset.protocols.items()})
     cells = [
         (
-            words,
+            region,
             np.count_nonzero(at),
             number(float(errors["mse"][at].mean()), 2),
             *(spread(errors[n][at]) for n in ERRORS),
         )
-        for words, at in parts.items()
+        for region, at in parts.items()
     ]
     recipe = run["recipe"]
     facts = {name: run[name] for name in ("architecture", "features", "seed")} | {"recipe": recipe["name"]}
@@ -70,7 +70,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
     return filled(
         "model_card",
         name=folder.name,
-        use=next(words for file, words in USES.items() if (folder / file).is_file()).format(name=folder.name, **facts),
+        use=next(text for file, text in USES.items() if (folder / file).is_file()).format(name=folder.name, **facts),
         run=run,
         device=f", on a GPU ({run['device']})" if "device" in run else "",
         recipe=recipe,
@@ -91,23 +91,23 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
     """
     run, scaling = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "scaling"))
     places = measured["models"][folder.name]
-    worst = max(places["corners"], key=lambda one: one["pull_off"][1])
+    worst = max(places["corners"], key=lambda corner: corner["pull_off"][1])
     cells = []
-    for words, one in {"all": places["box"], **places["edges"], "the corner that errs most": worst}.items():
-        errors = [" / ".join(number(level, 2) for level in one[name]) for name in ("pull_off", "hysteresis")]
-        covered = [f"{one[f'inside/{name}']:.2f}" for name in INSIDE]
-        cells.append([words, one["count"], *errors, *covered, number(one["width/pull_off"][0], 2)])
+    for region, row in {"all": places["box"], **places["edges"], "the corner that errs most": worst}.items():
+        errors = [" / ".join(number(level, 2) for level in row[name]) for name in ("pull_off", "hysteresis")]
+        covered = [f"{row[f'inside/{name}']:.2f}" for name in INSIDE]
+        cells.append([region, row["count"], *errors, *covered, number(row["width/pull_off"][0], 2)])
     return filled(
         "pretrained_card",
         name=folder.name,
         run=run,
         networks="the mean of the networks" if len(run["members"]) > 1 else "the network",
-        recipes="\n".join(TRAINED.format(**one) for one in run["members"]),
+        recipes="\n".join(TRAINED.format(**member) for member in run["members"]),
         measured=measured,
         coverage=100 * measured["coverage"],
         corners=len(places["corners"]),
         errors=table_rows(cells),
-        lowest=", ".join(f"{min(one[f'inside/{name}'] for one in places['corners']):.2f}" for name in INSIDE),
+        lowest=", ".join(f"{min(corner[f'inside/{name}'] for corner in places['corners']):.2f}" for name in INSIDE),
         ranges=range_rows(scaling["ranges"]),
     )
 

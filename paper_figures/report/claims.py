@@ -84,31 +84,31 @@ class Results:
 
     def find(self, claim: dict[str, Any]) -> Any:
         """Our number for a claim; `None` if there is none yet."""
-        found = self.at(claim["source"])
-        if found is None:
+        value = self.at(claim["source"])
+        if value is None:
             return None
-        reduced = _reduced(found, claim)
+        reduced = _reduced(value, claim)
         for key, against in (("than", operator.gt), ("over", operator.truediv)):
             if key in claim:
-                other = self.at(claim[key])
-                return None if other is None else against(reduced, other)
+                reference = self.at(claim[key])
+                return None if reference is None else against(reduced, reference)
         return reduced
 
-    def at(self, place: str) -> Any:
+    def at(self, address: str) -> Any:
         """Value at a place of a result, such as `dataset_statistics:ranges/tabor/0`; `None` if there is none yet."""
-        source, _, path = place.partition(":")
-        found = self.content(source)
+        source, _, path = address.partition(":")
+        value = self.content(source)
         for key in path.split("/"):
-            if found is None:
+            if value is None:
                 return None
-            found = found[int(key)] if isinstance(found, list) else found.get(key)
-        return found
+            value = value[int(key)] if isinstance(value, list) else value.get(key)
+        return value
 
 
 def made_by_target(name: str) -> str:
     """The command that makes a result."""
-    kind = studies()[name].split(".")[1]
-    if kind == "paper":
+    folder = studies()[name].split(".")[1]
+    if folder == "paper":
         return "make report"
     own = name in ("feature_sets", "data_efficiency", "ranking", "model_forces")
     return f"make {'' if own else 'measure-'}{name.replace('_', '-')}"
@@ -147,22 +147,22 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
     beside = beside if beside is None else _reduced(beside, claim)
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
-        lacking = next(place for place in places if results.at(place) is None)
+        lacking = next(address for address in places if results.at(address) is None)
         made_by = claim.get("made_by") or made_by_target(lacking.partition(":")[0])
         return Finding(claim, None, NOT_YET, f"`{made_by}` makes it.", beside)
-    found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
-    return Finding(claim, ours, found, claim["why"], beside)
+    decision = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
+    return Finding(claim, ours, decision, claim["why"], beside)
 
 
 def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
     """Judge a ranking by one training of each model by the paper's recipe; beside it what the seeds of ours decide."""
     ranking = results.content("ranking")
-    found = (ranking or {"claims": {}})["claims"].get(claim["ranking"])
-    if found and found["decision"] in BY_SEEDS:
-        beside = f"{_ranked_first(claim, found)}, {found['decision']}"
+    by_seeds = (ranking or {"claims": {}})["claims"].get(claim["ranking"])
+    if by_seeds and by_seeds["decision"] in BY_SEEDS:
+        beside = f"{_ranked_first(claim, by_seeds)}, {by_seeds['decision']}"
     else:
-        one = results.find(claim)
-        beside = None if one is None else f"{one}, one training each"
+        value = results.find(claim)
+        beside = None if value is None else f"{value}, one training each"
     mse = results.at("model_comparison:by_paper_recipe/mse") or {}
     decided = by_paper_recipe(claim, mse, (ranking or {}).get("spread", {}))
     if decided["lacking"]:
@@ -172,10 +172,10 @@ def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
     return Finding(claim, _ranked_first(claim, decided), BY_SEEDS[decided["decision"]], why, beside)
 
 
-def _ranked_first(claim: dict[str, Any], found: dict[str, Any]) -> str:
-    whole = claim["value"] == "true"
-    word = BY_SEEDS[found["decision"]]
-    ours = {REPRODUCED: claim["value"], TIE: " = ".join(found["level"]), DIFFERS: "false" if whole else found["first"]}
+def _ranked_first(claim: dict[str, Any], order: dict[str, Any]) -> str:
+    binary = claim["value"] == "true"
+    word = BY_SEEDS[order["decision"]]
+    ours = {REPRODUCED: claim["value"], TIE: " = ".join(order["level"]), DIFFERS: "false" if binary else order["first"]}
     return ours[word]
 
 
@@ -187,7 +187,8 @@ def text_claims() -> list[dict[str, Any]]:
 def settings() -> list[dict[str, Any]]:
     """Settings of the paper that are adopted here, in groups, with the value of each part filled in."""
     return [
-        group | {"parts": [_with_value(part) for part in group["parts"]]} for group in paper_values("claims")["setting"]
+        group | {"parts": [_with_value(entry) for entry in group["parts"]]}
+        for group in paper_values("claims")["setting"]
     ]
 
 
@@ -207,13 +208,13 @@ def table_claims() -> list[dict[str, Any]]:
         common["quartiles"]
         | {
             "says": f"{row['quartile']}: {word} of the {label}",
-            "value": row[f"{column}_{part}"],
+            "value": row[f"{column}_{statistic}"],
             "unit": "%" if "percent" in column else "",
-            "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{part}",
-            "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
+            "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{statistic}",
+            "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{statistic}",
             "made_by": "make model-paper-recipe",
         }
-        for row, (column, label), (part, word) in product(paper_rows("quartiles"), columns.items(), parts.items())
+        for row, (column, label), (statistic, word) in product(paper_rows("quartiles"), columns.items(), parts.items())
     ]
     tools = {"solver": ("bem", "solver", "solver"), "surrogate": ("surrogate", "keras_call", "plain Keras call")}
     seconds = [
@@ -242,20 +243,20 @@ def _with_value(claim: dict[str, Any]) -> dict[str, Any]:
     return claim | ({"value": _listed(stated(claim["stated"]))} if "stated" in claim else {})
 
 
-def _reduced(found: Any, claim: dict[str, Any]) -> Any:
+def _reduced(value: Any, claim: dict[str, Any]) -> Any:
     if "layers" in claim:
-        return sum(layer["parameters"] for layer in found if layer["name"] in claim["layers"])
+        return sum(layer["parameters"] for layer in value if layer["name"] in claim["layers"])
     if claim.get("op") == "length":
-        return len(found)
+        return len(value)
     if claim.get("op") == "join":
-        return _listed(found)
+        return _listed(value)
     if claim.get("op") == "decades":
-        return math.log10(found[-1] / found[0])
-    return found * claim["scale"] if "scale" in claim else found
+        return math.log10(value[-1] / value[0])
+    return value * claim["scale"] if "scale" in claim else value
 
 
 def _listed(value: Any) -> Any:
-    return ", ".join(f"{one:g}" for one in value) if isinstance(value, list) else value
+    return ", ".join(f"{number:g}" for number in value) if isinstance(value, list) else value
 
 
 def _is_number(value: Any) -> bool:

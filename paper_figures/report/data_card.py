@@ -36,7 +36,7 @@ def data_card(path: Path, dataset: Dataset) -> str:
     """The card of the data set, in Markdown."""
     scalars = dataset.scalars
     kinds = ("pull_off_force", "hysteresis", "max_compression", "end_force")
-    quantiles = [(name, *(number(float(np.quantile(scalars[name], one)), 3) for one in SHARES)) for name in kinds]
+    quantiles = [(name, *(number(float(np.quantile(scalars[name], share)), 3) for share in SHARES)) for name in kinds]
     return filled(
         "data_card",
         name=path.name,
@@ -65,9 +65,9 @@ def croissant(path: Path, dataset: Dataset) -> dict[str, Any]:
             {
                 "@type": "sc:PropertyValue",
                 "name": name,
-                "description": f"{words}; shape {dataset.columns[name].shape}",
+                "description": f"{description}; shape {dataset.columns[name].shape}",
             }
-            for name, words in arrays
+            for name, description in arrays
         ],
         "distribution": [file | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}],
     }

@@ -13,7 +13,7 @@ def hard_cases_text(hard_case_map: Any) -> str:
         where: [row["change"] for row in hard_case_map["map"] if row["where"] == where]
         for where in ("inside", "beyond")
     }
-    missed = {where: sum(change > target for change in found) for where, found in changes.items()}
+    missed = {where: sum(change > target for change in group) for where, group in changes.items()}
     beyond = changes["beyond"]
     return (
         f"{missed['beyond'] or 'none'} of {len(beyond)} random cases far beyond it at `{hard_case_map['accuracy']}` "
@@ -42,12 +42,12 @@ def pretrained_text(ways_to_call: Any) -> str:
 def gradients_text(ways_to_call: Any) -> str:
     """Errors of the gradients, and those of the solver's own differences."""
     errors = ways_to_call["gradients"]["errors"]
-    said = (
+    texts = (
         f"`{name}` {number(errors[name]['p50'], 2)} and {number(errors[name]['p90'], 2)} %"
         for name in ("fast", "accurate")
     )
     own = errors["solver"]
-    return f"{', '.join(said)} (the solver at standard accuracy {number(own['p50'], 2)} and {number(own['p90'], 2)} %)"
+    return f"{', '.join(texts)} (the solver at standard accuracy {number(own['p50'], 2)} and {number(own['p90'], 2)} %)"
 
 
 def steps_text(pull_off_place: Any) -> str:
@@ -61,9 +61,9 @@ def steps_text(pull_off_place: Any) -> str:
 
 def vertices_text(errors_by_place: Any) -> str:
     """Coverage and errors at the vertices of the ranges."""
-    corners = {name: one["vertices"] for name, one in errors_by_place["models"].items()}
+    corners = {name: model["vertices"] for name, model in errors_by_place["models"].items()}
     held = " and ".join(f"{corners[name]['inside/pull_off']:.2f} (`{name}`)" for name in ("accurate", "fast"))
-    errors = ", ".join(f"{number(one['pull_off'][1], 2)} % ({name})" for name, one in corners.items())
+    errors = ", ".join(f"{number(corner['pull_off'][1], 2)} % ({name})" for name, corner in corners.items())
     return (
         f"at the 32 vertices, modulus ratio 0.1, the 90 % interval of the pull-off force contains the solver's value "
         f"in {held} of the cases; the errors at the 90th percentile are {errors}"

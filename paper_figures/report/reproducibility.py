@@ -54,7 +54,7 @@ def answer_text() -> str:
 def forces_text(model_forces: Any) -> str:
     """Models that were trained on earlier forces; if there are none, how far the recorded errors are from ours."""
     # Nothing is known of a model whose weights are not published.
-    largest = 100.0 * max(one["error_difference"] or 0.0 for one in model_forces["models"].values())
+    largest = 100.0 * max(model["error_difference"] or 0.0 for model in model_forces["models"].values())
     return models_style.forces_note(model_forces) or (
         "All published models were trained on the forces of the published file, up to the solver's accuracy: the mean "
         f"test errors on it of those with weights are within {largest:.2g} % of the recorded ones."
@@ -63,20 +63,20 @@ def forces_text(model_forces: Any) -> str:
 
 def seeds_text(ranking: Any) -> str:
     """Number of published trainings, out of the required ones, in words."""
-    wanted, names = ranking["seeds_expected"], paper_names()
+    seeds, names = ranking["seeds_expected"], paper_names()
     present = [len(ranking["models"].get(name, ())) for name in names]
-    whole = sum(count >= wanted for count in present)
-    return f"{sum(present)} of {wanted * len(names)} trainings; {whole} of {len(names)} models have all {wanted} seeds"
+    complete = sum(count >= seeds for count in present)
+    return f"{sum(present)} of {seeds * len(names)} trainings; {complete} of {len(names)} models have all {seeds} seeds"
 
 
 def statements_text(models: Path, ranking: Any) -> str:
     """One line for each decision by the paper's recipe, with its statements, and a table of both recipes."""
-    words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
+    statements: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
     header = ["the paper says", "its first", "by its recipe", "first", "ratio", "of seeds"]
     header, rows, mse = [*header, "by seeds", "first", "least sure order"], [], _errors_by_paper_recipe(models)
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
-        found = ranking["claims"][claim["ranking"]]
+        outcome = ranking["claims"][claim["ranking"]]
         pairs = [pair for pair in ranking["pairs"] if pair["claim"] == claim["ranking"]]
         decided = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
         least = min(decided, key=lambda pair: pair["probability"]["test_mse"], default=None)
@@ -85,7 +85,7 @@ def statements_text(models: Path, ranking: Any) -> str:
             chance = chance_text(least["probability"]["test_mse"], ranking["resamples"])
             order = f"{least['better']} before {least['worse']}: {chance}"
         theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"])
-        words[theirs.get("decision", NOT_DECIDED)].append(says(claim["ranking"]))
+        statements[theirs.get("decision", NOT_DECIDED)].append(says(claim["ranking"]))
         by_recipe = [f"not yet: {len(theirs['lacking'])} to train", "-", "-", "-"]
         if not theirs["lacking"]:
             by_recipe = [
@@ -94,9 +94,9 @@ def statements_text(models: Path, ranking: Any) -> str:
                 f"{theirs['ratio']:.2f}",
                 f"{theirs['apart']:.2f}",
             ]
-        by_seeds = [f"**{found['decision']}**", found["first"] or "not trained yet", order]
+        by_seeds = [f"**{outcome['decision']}**", outcome["first"] or "not trained yet", order]
         rows.append([says(claim["ranking"]), champion, *by_recipe, *by_seeds])
-    lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
+    lines = [f"- **{label}**: {', '.join(statements[key]) or 'none'}." for key, label in DECISIONS.items()]
     return "\n".join([*lines, "", markdown_table(header, rows, "llllrrlll")])
 
 
@@ -118,9 +118,9 @@ def spread_table(ranking: Any) -> str:
     for name in several:
         cells = [name, str(models_style.seeds_of(ranking, name))]
         for metric in ("test_mse", "pull_off_percent"):
-            one = ranking["spread"][name][metric]
-            share = 100.0 * (one["max"] - one["min"]) / one["median"]
-            cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
+            spread = ranking["spread"][name][metric]
+            share = 100.0 * (spread["max"] - spread["min"]) / spread["median"]
+            cells += [f"{number(spread['min'])} to {number(spread['max'])}", f"{number(share, 2)} %"]
         rows.append(cells)
     return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
 
@@ -128,21 +128,21 @@ def spread_table(ranking: Any) -> str:
 def training_table(models: Path) -> str:
     """The paper's model by the paper's recipe, and by its words: epochs, and errors compared with the paper's."""
     ways = {"here": PAPER_TRAINED[REFERENCE], "here, without Keras's threshold": WORDED}
-    found = {here: _trained(models / label) for here, label in ways.items() if (models / label / "run.json").is_file()}
-    if not found:
+    runs = {way: _trained(models / label) for way, label in ways.items() if (models / label / "run.json").is_file()}
+    if not runs:
         return "Not trained yet: `make model-paper-recipe`."
-    paper, tests = drawing.paper_values("reference_model"), [metrics["test"] for metrics, _ in found.values()]
+    paper, tests = drawing.paper_values("reference_model"), [metrics["test"] for metrics, _ in runs.values()]
     most = next(claim["value"] for claim in paper_claims() if "any model needed" in claim["says"])
     ended = {True: "ended by the recipe", False: "stopped before the recipe's own end"}
-    epochs = [f"{metrics['epochs']}, {ended[by_recipe]}" for metrics, by_recipe in found.values()]
+    epochs = [f"{metrics['epochs']}, {ended[by_recipe]}" for metrics, by_recipe in runs.values()]
     rows = [["epochs", f"at most {most}", *epochs]]
     for key in ("mse", "mae"):
         rows.append([f"held-out {key.upper()}", number(paper[key]), *(number(test[key]["mean"]) for test in tests)])
-    for key, words in MEDIANS.items():
-        rows.append([words, f"{paper[key]} %", *(f"{number(test[key]['median'], 2)} %" for test in tests)])
+    for key, title in MEDIANS.items():
+        rows.append([title, f"{paper[key]} %", *(f"{number(test[key]['median'], 2)} %" for test in tests)])
     native = [f"{number(test['native_pull_off_force_percent']['median'], 2)} %" for test in tests]
     rows.append(["median pull-off error, against the solver's own peak between the steps", "-", *native])
-    return markdown_table(["", "paper", *found], rows, "l" * (2 + len(found)))
+    return markdown_table(["", "paper", *runs], rows, "l" * (2 + len(runs)))
 
 
 def recipe_table(models: Path, ranking: Any) -> str:
@@ -159,7 +159,7 @@ def recipe_table(models: Path, ranking: Any) -> str:
         pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
         where = ", on a GPU" if metrics["cpu_seconds"] is None else ""
         cells = [name, str(metrics["epochs"]), f"{'recipe' if by_recipe else 'EPOCHS'}{where}"]
-        rows.append([*cells, *map(number, errors[name]), *(number(one, 2) for one in pull_off)])
+        rows.append([*cells, *map(number, errors[name]), *(number(error, 2) for error in pull_off)])
     if not rows:
         return "None yet."
     by_paper, by_seeds = (", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1))
@@ -170,10 +170,10 @@ def recipe_table(models: Path, ranking: Any) -> str:
 def hours_text(models: Path, training_speed: Any) -> str:
     """Core hours of each training that the paper's recipe ended: of its batches if measured, otherwise as recorded."""
     folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
-    seconds = {name: read_model(one, training_speed)["core_seconds"] for name, one in folders.items()}
-    known = {name: one for name, one in seconds.items() if one}
-    each = ", ".join(f"{name} {number(one / 3600.0, 2)}" for name, one in known.items())
-    return f"{each}; {sum(known.values()) / 3600.0:.0f} for these {len(known)}"
+    seconds = {name: read_model(folder, training_speed)["core_seconds"] for name, folder in folders.items()}
+    measured = {name: duration for name, duration in seconds.items() if duration}
+    hours = ", ".join(f"{name} {number(duration / 3600.0, 2)}" for name, duration in measured.items())
+    return f"{hours}; {sum(measured.values()) / 3600.0:.0f} for these {len(measured)}"
 
 
 def _errors_by_paper_recipe(models: Path) -> dict[str, float]:

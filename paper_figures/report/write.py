@@ -60,9 +60,9 @@ def row(finding: Finding, trained: bool) -> list[str]:
         if not ({"by_ours", "ranking"} & claim.keys()) and "by_paper_recipe" not in claim.get("over", ""):
             ours.reverse()
     values = [claim.get("value"), *ours]
-    rounded = [float(f"{one:.3g}") if isinstance(one, float) else one for one in values]
+    rounded = [float(f"{value:.3g}") if isinstance(value, float) else value for value in values]
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
-    cells = [claim["says"], claim["place"], *(value_text(one, unit) for one in rounded), ratio]
+    cells = [claim["says"], claim["place"], *(value_text(value, unit) for value in rounded), ratio]
     if not claim.get("beyond"):
         sizes, ranked = paper_values("structure")["sizes"], contenders(claim)[1].values() if "ranking" in claim else ()
         how = [sizes.get(name.split("-")[0], {}).get("how") for names in ranked for name in names]
@@ -73,21 +73,21 @@ def row(finding: Finding, trained: bool) -> list[str]:
 
 def section(group: str, findings: list[Finding]) -> str:
     """A heading and its table; what all rows have in common, reason or tolerance, is said once above it."""
-    trained = any("by_ours" in one.claim or "ranking" in one.claim for one in findings)
+    trained = any("by_ours" in finding.claim or "ranking" in finding.claim for finding in findings)
     header = ["what", "place", "paper", "here", "ratio", "tolerance", "verdict", "why"]
     header[3:4] = ["by its recipe", "by ours"] if trained else ["here"]
     if findings[0].claim.get("beyond"):
         header = ["what", "beside", "paper", "here", "ratio", "why"]
-    rows, said = [row(finding, trained) for finding in findings], []
+    rows, notes = [row(finding, trained) for finding in findings], []
     waiting = {finding.why for finding in findings if finding.verdict == claims.NOT_YET}
-    for name, words in (("why", "{}"), ("tolerance", "Tolerance: {}.")):
-        cells = {one[header.index(name)] for one in rows} if name in header else ()
+    for name, template in (("why", "{}"), ("tolerance", "Tolerance: {}.")):
+        cells = {line[header.index(name)] for line in rows} if name in header else ()
         if len(rows) > 1 and len(cells) == 1 and not cells & {"-", *waiting}:
-            said.append(words.format(*cells))
-            place = header.index(name)
-            header, rows = (header[:place] + header[place + 1 :], [one[:place] + one[place + 1 :] for one in rows])
+            notes.append(template.format(*cells))
+            index = header.index(name)
+            header, rows = (header[:index] + header[index + 1 :], [line[:index] + line[index + 1 :] for line in rows])
     table = markdown_table(header, rows, "llrrrr" if trained else "llrrr")
-    return "\n\n".join([f"## {group}", *([" ".join(said)] if said else []), table])
+    return "\n\n".join([f"## {group}", *([" ".join(notes)] if notes else []), table])
 
 
 def overview(findings: list[Finding]) -> str:
@@ -96,40 +96,40 @@ def overview(findings: list[Finding]) -> str:
     rows = [[name, str(counts[name])] for name in claims.VERDICTS if counts[name]]
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
     count = sum(len(group["parts"]) for group in claims.settings())
-    rest = (
+    uncounted = (
         f"Not counted: {count} settings of the paper, and {ours} numbers that the paper does not state. They have "
         "sections of their own."
     )
     table = markdown_table(["verdict", "numbers"], rows, "lr")
-    return f"{sum(counts.values())} numbers:\n\n{table}\n\n{rest}"
+    return f"{sum(counts.values())} numbers:\n\n{table}\n\n{uncounted}"
 
 
 def settings_section(results: Results) -> str:
     """Settings of the paper in groups: its values, and ours where they differ."""
     rows = []
     for group in claims.settings():
-        parts = [(part, results.find(part)) for part in group["parts"]]
-        theirs = "; ".join(f"{part['says']} {value_text(part['value'], part.get('unit', ''))}" for part, _ in parts)
-        others = [
-            f"{part['says']} {'not yet' if ours is None else value_text(ours, part.get('unit', ''))}"
-            for part, ours in parts
-            if ours is None or not claims.followed(part["value"], ours)
+        parts = [(entry, results.find(entry)) for entry in group["parts"]]
+        theirs = "; ".join(f"{entry['says']} {value_text(entry['value'], entry.get('unit', ''))}" for entry, _ in parts)
+        different = [
+            f"{entry['says']} {'not yet' if ours is None else value_text(ours, entry.get('unit', ''))}"
+            for entry, ours in parts
+            if ours is None or not claims.followed(entry["value"], ours)
         ]
-        here = "; ".join(others)
-        if len(others) < len(parts):
-            here = f"the same, but for {here}" if others else "the same"
-        rows.append([group["what"], group["place"], theirs, here, group.get("why", "-")])
+        summary = "; ".join(different)
+        if len(different) < len(parts):
+            summary = f"the same, but for {summary}" if different else "the same"
+        rows.append([group["what"], group["place"], theirs, summary, group.get("why", "-")])
     table = markdown_table(["settings", "place", "paper", "here", "why"], rows)
     return f"## Settings of the paper that we follow\n\n{table}"
 
 
 def slips_section(results: Results) -> str:
     """Inconsistencies of the paper, each with the command that shows it and its result."""
-    found = (results.content("inconsistencies") or {"slips": {}})["slips"]
+    slips = (results.content("inconsistencies") or {"slips": {}})["slips"]
     rows = []
     for slip in paper_values("slips")["slip"]:
-        values = found.get(slip.get("name", ""), {})
-        comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
+        values = slips.get(slip.get("name", ""), {})
+        comes_to = "; ".join(f"{quantity}: {value:.6g}" for quantity, value in values.items()) or "-"
         says, instead = (with_stated(slip[key]) for key in ("says", "instead"))
         shown_by = slip.get("shown_by") or f"python -m experiments inconsistencies --only {slip['name']}"
         rows.append([slip["place"], says, instead, f"`{shown_by}`", comes_to])

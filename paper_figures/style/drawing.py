@@ -71,9 +71,9 @@ def letters(panels: Iterable[Axes]) -> None:
 def panels(rows: int, columns: int, *, height: float, **options: Any) -> tuple[Figure, np.ndarray]:
     """Create a figure in two columns' width and its lettered panels, row by row; options are those of `subplots`."""
     drawn = figure(height=height)
-    found = drawn.subplots(rows, columns, squeeze=False, **options).ravel()
-    letters(found)
-    return drawn, found
+    axes = drawn.subplots(rows, columns, squeeze=False, **options).ravel()
+    letters(axes)
+    return drawn, axes
 
 
 def zero_line(axes: Axes) -> None:
@@ -100,8 +100,8 @@ def note(axes: Axes, text: str, at: tuple[float, float], shift: tuple[float, flo
 
 def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:
     """Write text beside a vertical line at `x`: `shift` points to its right, at a share `height` of the panel."""
-    place = {"xycoords": ("data", "axes fraction"), "xytext": (shift, 0), "textcoords": "offset points"}
-    axes.annotate(text, (x, height), ha="right" if shift < 0 else "left", va="top", **place, **style)
+    position = {"xycoords": ("data", "axes fraction"), "xytext": (shift, 0), "textcoords": "offset points"}
+    axes.annotate(text, (x, height), ha="right" if shift < 0 else "left", va="top", **position, **style)
 
 
 def log_labels(axis: Axis) -> None:

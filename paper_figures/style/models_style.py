@@ -54,9 +54,9 @@ def recipe_marker(name: str) -> dict[str, Any]:
     return marker(name) | {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8, "zorder": 4}
 
 
-def trained_by_paper_recipe(content: Any) -> dict[str, Any]:
+def trained_by_paper_recipe(comparison: Any) -> dict[str, Any]:
     """The models that were also trained by the paper's recipe, by name, from the result `model_comparison`."""
-    return {name: content["beside"][PAPER_TRAINED[name]] for name in content["by_paper_recipe"]["trained"]}
+    return {name: comparison["beside"][PAPER_TRAINED[name]] for name in comparison["by_paper_recipe"]["trained"]}
 
 
 def seeds_of(ranking: Any, name: str) -> int:
@@ -80,9 +80,9 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     if seeds_of(ranking, name) < SEVERAL:
         return False
     spread = ranking["spread"][name]
-    places = [spread[one] if isinstance(one, str) else dict.fromkeys(("min", "median", "max"), one) for one in (x, y)]
-    at = [place["median"] for place in places]
-    xerr, yerr = ([[place["median"] - place["min"]], [place["max"] - place["median"]]] for place in places)
+    places = [spread[key] if isinstance(key, str) else dict.fromkeys(("min", "median", "max"), key) for key in (x, y)]
+    at = [ends["median"] for ends in places]
+    xerr, yerr = ([[ends["median"] - ends["min"]], [ends["max"] - ends["median"]]] for ends in places)
     axes.plot(*at, label=name, zorder=3, **marker(name))
     axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.9, ecolor=color(name), zorder=2)
     return True
@@ -109,22 +109,22 @@ def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Ma
 def spread_line(ranking: Any, drawn: Sequence[str]) -> str:
     """How many seeds the spread of the drawn models is of; empty if each has one training."""
     counts = {max(seeds_of(ranking, name), 1) for name in drawn}
-    each = " or ".join(map(str, sorted(counts, reverse=True)))
-    return "" if max(counts, default=0) < SEVERAL else f"median, least and largest of {each} seeds each"
+    numbers = " or ".join(map(str, sorted(counts, reverse=True)))
+    return "" if max(counts, default=0) < SEVERAL else f"median, least and largest of {numbers} seeds each"
 
 
-def write_states(drawn: Figure, content: Any, ranking: Any, models: Sequence[str]) -> None:
+def write_states(drawn: Figure, comparison: Any, ranking: Any, models: Sequence[str]) -> None:
     """Write below a figure which models are not drawn, and the number of seeds of those that are.
 
     Args:
         drawn: The figure.
-        content: The result `model_comparison`.
+        comparison: The result `model_comparison`.
         ranking: The result `ranking`, or `None`.
         models: The models that the figure is about, drawn or not.
     """
-    missing = [name for name in content["missing"] if name in models]
-    otherwise = {name: words for name, words in content["differences"].items() if name in models}
-    seeds = spread_line(ranking, [name for name in content["models"] if name in models])
+    missing = [name for name in comparison["missing"] if name in models]
+    otherwise = {name: reasons for name, reasons in comparison["differences"].items() if name in models}
+    seeds = spread_line(ranking, [name for name in comparison["models"] if name in models])
     if text := "\n".join(filter(None, [missing_note(missing, otherwise), seeds])):
         drawn.supxlabel(text, fontsize=6.5, color="0.4")
 
@@ -171,26 +171,26 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
     """
     parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {listed(missing)}"] if missing else []
     alike: dict[str, list[str]] = {}
-    for name, words in (differences or {}).items():
+    for name, reasons in (differences or {}).items():
         if name in paper_names():
-            alike.setdefault(" and ".join(words), []).append(name)
-    parts += [f"trained with another {words}: {listed(names)}" for words, names in alike.items()]
+            alike.setdefault(" and ".join(reasons), []).append(name)
+    parts += [f"trained with another {reason}: {listed(names)}" for reason, names in alike.items()]
     return "; ".join(parts)
 
 
 def forces_note(model_forces: Any) -> str:
     """A sentence that names the models trained on an earlier version of the forces; empty if there is none."""
-    others = model_forces["others"] if model_forces else []
-    if not others:
+    outdated = model_forces["others"] if model_forces else []
+    if not outdated:
         return ""
     return (
-        f"{len(others)} of the {len(model_forces['models'])} published models were trained on an earlier version of "
-        f"the forces: {listed(others)}."
+        f"{len(outdated)} of the {len(model_forces['models'])} published models were trained on an earlier version of "
+        f"the forces: {listed(outdated)}."
     )
 
 
 def listed(names: Sequence[str]) -> str:
     """Names of models in words; a complete family is given by its own name."""
-    whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
-    single = [name for name in names if name.split("-")[0] not in whole]
-    return ", ".join(single + ([f"all of {', '.join(whole)}"] if whole else []))
+    complete = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
+    single = [name for name in names if name.split("-")[0] not in complete]
+    return ", ".join(single + ([f"all of {', '.join(complete)}"] if complete else []))

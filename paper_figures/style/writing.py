@@ -37,9 +37,9 @@ def milliseconds(seconds: Mapping[str, Any]) -> str:
     return f"{median} ({low}-{high})"
 
 
-def left_out(content: Mapping[str, Any], said: Mapping[str, str]) -> str:
-    """A sentence for each list of names in a result that is not empty; `said` gives its first words by key."""
-    return "".join(f" {words}: {', '.join(content[key])}." for key, words in said.items() if content.get(key))
+def left_out(result: Mapping[str, Any], phrases: Mapping[str, str]) -> str:
+    """A sentence for each list of names in a result that is not empty; `phrases` gives its first words by key."""
+    return "".join(f" {phrase}: {', '.join(result[key])}." for key, phrase in phrases.items() if result.get(key))
 
 
 def table_rows(rows: Sequence[Sequence[Any]]) -> str:
@@ -85,8 +85,8 @@ class Table:
         padded = ([cell.ljust(max(map(len, column))) for cell in column] for column in columns)
         header, *rows = zip(*padded, strict=True)
         caption = self.caption.replace(r"$\pm$", "±")
-        content = f"{markdown_table(header, rows)}\n\n{caption}\n"
-        (folder / f"{name}.md").write_text(content, encoding="utf-8")
+        text = f"{markdown_table(header, rows)}\n\n{caption}\n"
+        (folder / f"{name}.md").write_text(text, encoding="utf-8")
         with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows([self.header, *self.rows])
         body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in self.rows)
@@ -108,12 +108,12 @@ class Table:
         columns = [(head, *cells) for head, *cells in zip(self.header, *self.rows, strict=True)]
         # A formula is about four letters wide; capitals are wider than others.
         drawn = ([*re.sub(r"\$.*?\$", "Pmax", " ".join(column)).split()] for column in columns)
-        widths = ([len(word) + 0.3 * sum(map(str.isupper, word)) for word in found] for found in drawn)
-        words = [2.0 + max(found, default=1.0) for found in widths]
+        widths = ([len(word) + 0.3 * sum(map(str.isupper, word)) for word in texts] for texts in drawn)
+        longest = [2.0 + max(lengths, default=1.0) for lengths in widths]
         cells = (min(max(map(len, column[1:]), default=1), 40) for column in columns)
-        beyond = [max(cell - word, 1) for cell, word in zip(cells, words, strict=True)]
-        rest = max(LETTERS - len(columns) - sum(words), 0)
-        needs = [word + rest * more / sum(beyond) for word, more in zip(words, beyond, strict=True)]
+        beyond = [max(cell - word, 1) for cell, word in zip(cells, longest, strict=True)]
+        spare = max(LETTERS - len(columns) - sum(longest), 0)
+        needs = [word + spare * more / sum(beyond) for word, more in zip(longest, beyond, strict=True)]
         shares = [len(needs) * need / sum(needs) for need in needs]
         column = r">{{\hsize={:.3f}\hsize\raggedright\arraybackslash\hspace{{0pt}}}}X"
         return "".join(map(column.format, shares))
@@ -122,7 +122,7 @@ class Table:
 def _latex(text: str) -> str:
     parts = text.split("$")
     # The parts at odd positions are mathematics.
-    parts[::2] = [re.sub(r"([%&#_])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [re.sub(r"([%&#_])", r"\\\1", prose) for prose in parts[::2]]
     joined = "$".join(parts)
     power = lambda match: rf"${match[1]}\times10^{{{int(match[2])}}}$"  # noqa: E731
     return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", power, joined)

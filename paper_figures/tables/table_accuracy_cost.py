@@ -45,8 +45,8 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
 """Column heads, and functions that write the cell of one tool; '-' for what it does not give."""
 
 
-def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch: bool) -> str:
-    """The tool with the smallest median time whose 95th percentile of the error is at most `wanted`, and its time.
+def fastest(tools: list[dict[str, Any]], quantity: str, tolerance: float, *, batch: bool) -> str:
+    """The tool with the smallest median time whose 95th percentile of the error is at most `tolerance`, and its time.
 
     Only tools that were measured on every protocol without a failure are considered; with `batch`, those that predict
     many trajectories at once are included.
@@ -59,7 +59,7 @@ def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch:
         and not tool["failures"]
         and tool["seconds"]["median"] is not None
         and tool["errors"][quantity]["p95"] is not None
-        and tool["errors"][quantity]["p95"] <= wanted
+        and tool["errors"][quantity]["p95"] <= tolerance
         and (batch or tool.get("way") != "ONNX batch")
     ]
     if not able:
@@ -71,10 +71,10 @@ def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch:
 
 def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
     """One row for each wanted error."""
-    asked = [(quantity, batch) for quantity in ("force", "pull_off_force") for batch in (False, True)]
+    columns = [(quantity, batch) for quantity in ("force", "pull_off_force") for batch in (False, True)]
     return [
-        [number(100.0 * wanted), *(fastest(tools, quantity, wanted, batch=batch) for quantity, batch in asked)]
-        for wanted in WANTED
+        [number(100.0 * tolerance), *(fastest(tools, quantity, tolerance, batch=batch) for quantity, batch in columns)]
+        for tolerance in WANTED
     ]
 
 
@@ -82,8 +82,8 @@ def page_text(accuracy_cost: Any) -> str:
     """The table of the fastest tools as Markdown, for docs/cost.md."""
     protocols, refined = accuracy_cost["protocols"], _refined(accuracy_cost)
     few = f", {refined} of which have a refined solution" if refined < protocols else ""
-    words = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
-    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}{left_out(accuracy_cost, LACKING)}"
+    source = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
+    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{source}{left_out(accuracy_cost, LACKING)}"
 
 
 def solver_text(accuracy_cost: Any) -> str:
@@ -116,19 +116,19 @@ def calls_text(accuracy_cost: Any) -> str:
     return f"{REFERENCE}, on one core\n\n{markdown_table(header, cells, 'lrr')}\n\n{measured}"
 
 
-def _refined(content: dict[str, Any]) -> int:
+def _refined(measured: dict[str, Any]) -> int:
     """Number of protocols whose refined solution completed, so that their errors are known."""
-    return max(tool["errors"]["force"]["count"] for tool in content["tools"])
+    return max(tool["errors"]["force"]["count"] for tool in measured["tools"])
 
 
 def compose(accuracy_cost: Any) -> dict[str, Table]:
     """Write the tables."""
-    content = accuracy_cost
+    measured = accuracy_cost
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
-    about = {"protocols": content["protocols"], "host": content["host"], "left_out": left_out(content, LACKING)}
-    truth = {"target": number(content["truth_target"]), "refined": _refined(content)}
-    rows = [[cell(tool) for cell in COLUMNS.values()] for tool in content["tools"]]
+    about = {"protocols": measured["protocols"], "host": measured["host"], "left_out": left_out(measured, LACKING)}
+    truth = {"target": number(measured["truth_target"]), "refined": _refined(measured)}
+    rows = [[cell(tool) for cell in COLUMNS.values()] for tool in measured["tools"]]
     return {
         "accuracy-cost": Table(list(COLUMNS), rows, caption("accuracy-cost", paper=paper, **about, **truth)),
-        "fastest-tool": Table(CHOICES, choices(content["tools"]), caption("fastest-tool", **about)),
+        "fastest-tool": Table(CHOICES, choices(measured["tools"]), caption("fastest-tool", **about)),
     }

@@ -25,8 +25,8 @@ def _counted(rows: list[dict[str, Any]], key: str) -> str:
 def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
     if len(rows) > 1 or "coarse" not in rows[0]:
         return "-"
-    found = rows[0]["coarse"][accuracy]
-    return percent(found["change"]) if is_completed(found["status"]) else found["status"]
+    run = rows[0]["coarse"][accuracy]
+    return percent(run["change"]) if is_completed(run["status"]) else run["status"]
 
 
 COLUMNS: dict[str, Callable[[list[dict[str, Any]]], str]] = {
@@ -54,31 +54,31 @@ def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
 def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
     """Rows of the soak; the columns of a refinement stay empty."""
     rows = []
-    for where, words in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
+    for where, label in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
         if where not in soak:
             continue
-        found = soak[where]
-        growth = found["memory_growth"]
+        group = soak[where]
+        growth = group["memory_growth"]
         memory = "not measured" if growth is None else f"{percent(growth)} %"
-        spikes = f"{found['spikes']} with a lone spike"
-        if found["spikes"]:
-            spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
+        spikes = f"{group['spikes']} with a lone spike"
+        if group["spikes"]:
+            spikes += f" ({number(group['largest_spike_share'], 1)} of the range of the force at most)"
         name = (
-            f"soak {words}: {found['raised']} exceptions, {found['silent']} silent non-finite, "
+            f"soak {label}: {group['raised']} exceptions, {group['silent']} silent non-finite, "
             f"{spikes}, memory growth {memory}"
         )
-        completed = sum(times for status, times in found["statuses"].items() if is_completed(status))
-        status = f"{completed} of {found['protocols']} completed"
-        rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])
+        completed = sum(times for status, times in group["statuses"].items() if is_completed(status))
+        status = f"{completed} of {group['protocols']} completed"
+        rows.append([name, status, *["-"] * (len(HEADER) - 3), number(group["slowest_seconds"], 2)])
     return rows
 
 
 def compose(hard_case_map: Any, soak: Any = None) -> Table:
     """Write the worst of the random protocols, the extremes, and the soak."""
-    content = hard_case_map
-    groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
+    cases = hard_case_map
+    groups = {where: [row for row in cases["map"] if row["where"] == where] for where in ("inside", "beyond")}
     rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
-    rows += [row_of(row["name"], [row]) for row in content["extremes"]]
+    rows += [row_of(row["name"], [row]) for row in cases["extremes"]]
     soaked = " `make measure-soak` has not been run."
     if soak is not None:
         rows += soak_rows(soak)
@@ -86,5 +86,5 @@ def compose(hard_case_map: Any, soak: Any = None) -> Table:
     return Table(
         HEADER,
         rows,
-        caption("hard-cases", soaked=soaked, **{name: content[name] for name in ("accuracy", "refinement", "host")}),
+        caption("hard-cases", soaked=soaked, **{name: cases[name] for name in ("accuracy", "refinement", "host")}),
     )

@@ -14,16 +14,16 @@ TOOLS = ("closed form", "solver", "paper's discretisation", "Adhesion", "tamaas"
 
 def compose(peers: Any) -> Table:
     """Write the table, with a row for each tool and setting, coarse before fine: error in percent, and time."""
-    found: dict[tuple[str, str], dict[str, str]] = {}
+    cells: dict[tuple[str, str], dict[str, str]] = {}
     for run in peers["runs"]:
         cell = f"{number(100.0 * run['error'], 2)} % in {number(run['seconds'], 2)} s"
-        found.setdefault((run["tool"], run["setting"]), {})[run["problem"]] = cell
-    sizes = {key: int(size) if (size := key[1].split()[0]).isdigit() else 0 for key in found}
-    ordered = sorted(found, key=lambda key: (TOOLS.index(key[0]), sizes[key]))
+        cells.setdefault((run["tool"], run["setting"]), {})[run["problem"]] = cell
+    sizes = {key: int(size) if (size := key[1].split()[0]).isdigit() else 0 for key in cells}
+    ordered = sorted(cells, key=lambda key: (TOOLS.index(key[0]), sizes[key]))
     packages = ", ".join(f"{name} {version}" for name, version in peers["packages"].items())
     return Table(
         ["Tool", "Setting", *PROBLEMS.values()],
-        [[*key, *(found[key].get(problem, "-") for problem in PROBLEMS)] for key in ordered],
+        [[*key, *(cells[key].get(problem, "-") for problem in PROBLEMS)] for key in ordered],
         caption("peers", start=number(peers["start"]), packages=packages, host=peers["host"]),
     )
 

@@ -17,9 +17,9 @@ COLUMNS = {
 
 def compose(persson_brener: Any) -> Table:
     """Write the table."""
-    found = persson_brener["summary"]
+    summary = persson_brener["summary"]
     deviations = ", ".join(
-        f"{text} {found[f'{name}_median_percent']:.1f} % and {found[f'{name}_largest_percent']:.1f} %"
+        f"{text} {summary[f'{name}_median_percent']:.1f} % and {summary[f'{name}_largest_percent']:.1f} %"
         for name, text in (
             ("solver_against_theory", "solver"),
             ("solver_against_theory_at_own_velocity", "solver at its own velocity"),
@@ -27,11 +27,11 @@ def compose(persson_brener: Any) -> Table:
         )
     )
     first = persson_brener["points"][0]["protocol"]
-    words = caption("persson-brener", first=first, found=found, deviations=deviations)
+    note = caption("persson-brener", first=first, found=summary, deviations=deviations)
     # The speed at pull-off is a slope of few steps: its third digit depends on the processor.
     digits = {"own_crack_velocity": 2}
     rows = [
         [str(point["point"]), *(number(point[name], digits.get(name, 3)) for name in COLUMNS)]
         for point in persson_brener["points"]
     ]
-    return Table(["Point", *COLUMNS.values()], rows, words)
+    return Table(["Point", *COLUMNS.values()], rows, note)

@@ -7,22 +7,22 @@ from paper_figures.style.writing import Table, caption, number
 from paper_figures.tables.table_protocols_dataset import QUANTITIES
 
 COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "Sample": lambda one: f"({one['sample']})",
-    **{head: lambda one, name=name: number(one["protocol"][name]) for name, head in QUANTITIES.items()},
-    "BEM, paper (s)": lambda one: number(one["paper_seconds"]["solver"], 4),
-    "BEM, here (s)": lambda one: number(one["seconds"]["solver"], 2),
-    "M1-concat, paper (s)": lambda one: number(one["paper_seconds"]["surrogate"], 2),
-    "Keras call (s)": lambda one: number(one["seconds"]["keras_call"], 2),
-    "predictor (s)": lambda one: number(one["seconds"]["predictor"], 2),
-    "predictor in a batch (s)": lambda one: number(one["seconds"]["predictor_batch"], 2),
-    "pull-off error (%)": lambda one: number(one["errors_percent"]["pull_off_force"], 2),
-    "hysteresis error (%)": lambda one: number(one["errors_percent"]["hysteresis"], 2),
+    "Sample": lambda regime: f"({regime['sample']})",
+    **{head: lambda regime, name=name: number(regime["protocol"][name]) for name, head in QUANTITIES.items()},
+    "BEM, paper (s)": lambda regime: number(regime["paper_seconds"]["solver"], 4),
+    "BEM, here (s)": lambda regime: number(regime["seconds"]["solver"], 2),
+    "M1-concat, paper (s)": lambda regime: number(regime["paper_seconds"]["surrogate"], 2),
+    "Keras call (s)": lambda regime: number(regime["seconds"]["keras_call"], 2),
+    "predictor (s)": lambda regime: number(regime["seconds"]["predictor"], 2),
+    "predictor in a batch (s)": lambda regime: number(regime["seconds"]["predictor_batch"], 2),
+    "pull-off error (%)": lambda regime: number(regime["errors_percent"]["pull_off_force"], 2),
+    "hysteresis error (%)": lambda regime: number(regime["errors_percent"]["hysteresis"], 2),
 }
 """Column heads, and functions that write the cell of one protocol."""
 
 
 def compose(canonical_regimes: Any) -> Table:
     """Write the table."""
-    words = caption("protocols-canonical", config=canonical_regimes["config"], times=canonical_regimes["times"])
-    rows = [[cell(one) for cell in COLUMNS.values()] for one in canonical_regimes["regimes"]]
-    return Table(list(COLUMNS), rows, words)
+    note = caption("protocols-canonical", config=canonical_regimes["config"], times=canonical_regimes["times"])
+    rows = [[cell(regime) for cell in COLUMNS.values()] for regime in canonical_regimes["regimes"]]
+    return Table(list(COLUMNS), rows, note)

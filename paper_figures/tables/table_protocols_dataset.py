@@ -22,38 +22,38 @@ RESULTS = {
 }
 
 
-def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]]:
+def summary_rows(summary: dict[str, Any], paper: dict[str, Any]) -> list[list[str]]:
     """One row for each quantity: its name, the paper's value and ours."""
-    seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
+    seconds, floor = summary["solver_seconds"], summary["resolution_floor"]["pull_off_force"]
     ranges = {name: paper["ranges"][name] for name in QUANTITIES}
     mean = 3600.0 * paper["cpu_hours"] / paper["trajectories"]
-    unknown, hosts, memory = "not stated", found["host"], found["peak_memory"]
+    unknown, hosts, memory = "not stated", summary["host"], summary["peak_memory"]
     return [
-        ["trajectories", str(paper["trajectories"]), str(found["trajectories"])],
-        ["of these completed", unknown, str(found["completed"])],
-        ["distinct protocols", unknown, str(found["distinct_protocols"])],
+        ["trajectories", str(paper["trajectories"]), str(summary["trajectories"])],
+        ["of these completed", unknown, str(summary["completed"])],
+        ["distinct protocols", unknown, str(summary["distinct_protocols"])],
         *(
-            [symbol, *(" to ".join(map(number, bounds)) for bounds in (ranges[name], found["ranges"][name]))]
+            [symbol, *(" to ".join(map(number, bounds)) for bounds in (ranges[name], summary["ranges"][name]))]
             for name, symbol in QUANTITIES.items()
         ),
         ["solver time in all", f"{paper['cpu_hours']} CPU-hours", f"{seconds['sum'] / 60.0:.2f} CPU-minutes"],
         ["solver time, mean", f"{mean:.0f} s", f"{1e3 * seconds['mean']:.1f} ms"],
         ["solver time, median", unknown, f"{1e3 * seconds['median']:.1f} ms"],
-        ["wall time", unknown, f"{found['wall_seconds'] / 60.0:.2f} minutes"],
-        ["workers' time on trajectories over solver time", unknown, f"{found['trajectories_over_solver']:.3f}"],
-        ["whole run over solver time", unknown, f"{found['run_over_solver']:.3f}"],
-        ["parallel efficiency", unknown, f"{found['parallel_efficiency']:.3f}"],
+        ["wall time", unknown, f"{summary['wall_seconds'] / 60.0:.2f} minutes"],
+        ["workers' time on trajectories over solver time", unknown, f"{summary['trajectories_over_solver']:.3f}"],
+        ["whole run over solver time", unknown, f"{summary['run_over_solver']:.3f}"],
+        ["parallel efficiency", unknown, f"{summary['parallel_efficiency']:.3f}"],
         ["peak memory", unknown, f"{memory / 1e6:.0f} MB" if memory else "not recorded"],
         ["hardware", paper["hardware"], "; ".join([hosts] if isinstance(hosts, str) else hosts)],
-        ["trajectories never compressed", unknown, str(found["never_compressed"])],
-        ["trajectories with a jump", unknown, f"{100 * found['with_jumps']:.1f} %"],
-        ["still attached at the end", unknown, f"{100 * found['still_attached']:.1f} %"],
-        ["end force above half the pull-off force", unknown, f"{100 * found['end_force_above_half_pull_off']:.1f} %"],
+        ["trajectories never compressed", unknown, str(summary["never_compressed"])],
+        ["trajectories with a jump", unknown, f"{100 * summary['with_jumps']:.1f} %"],
+        ["still attached at the end", unknown, f"{100 * summary['still_attached']:.1f} %"],
+        ["end force above half the pull-off force", unknown, f"{100 * summary['end_force_above_half_pull_off']:.1f} %"],
         *(
             [f"resolution floor of the pull-off force, {label}", unknown, f"{100 * floor[name]:.2g} %"]
             for name, label in (("median", "median"), ("p90", "90th percentile"), ("p99", "99th percentile"))
         ),
-        ["resolution floor above 20 %", unknown, f"{100 * found['floor_above_20_percent']:.1f} % of trajectories"],
+        ["resolution floor above 20 %", unknown, f"{100 * summary['floor_above_20_percent']:.1f} % of trajectories"],
     ]
 
 

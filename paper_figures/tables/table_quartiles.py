@@ -19,18 +19,18 @@ def compose(error_statistics: Any) -> Table:
     paper, rows = {row["quartile"]: row for row in paper_rows("quartiles")}, []
     by_recipe = {"its recipe": error_statistics["by_paper_recipe"], "our recipe": error_statistics}
     for name in QUARTILES:
-        sources = {"paper": {c: {part: paper[name][f"{c}_{part}"] for part in ("mean", "sd")} for c in COLUMNS}}
-        sources |= {source: one["quartiles"][name] for source, one in by_recipe.items() if one}
-        for source, one in sources.items():
-            pairs = ([number(f * one[c][part], d) for part in ("mean", "sd")] for c, (_, f, d) in COLUMNS.items())
+        sources = {"paper": {c: {stat: paper[name][f"{c}_{stat}"] for stat in ("mean", "sd")} for c in COLUMNS}}
+        sources |= {source: errors["quartiles"][name] for source, errors in by_recipe.items() if errors}
+        for source, errors in sources.items():
+            pairs = ([number(f * errors[c][stat], d) for stat in ("mean", "sd")] for c, (_, f, d) in COLUMNS.items())
             rows.append([name if source == "paper" else "", source, *map(r" $\pm$ ".join, pairs)])
     medians = (
-        f"{one['overall']['pull_off_force_percent']['median']:.2g} and "
-        f"{one['overall']['hysteresis_percent']['median']:.2g} % by {recipe}"
-        for recipe, one in by_recipe.items()
-        if one
+        f"{errors['overall']['pull_off_force_percent']['median']:.2g} and "
+        f"{errors['overall']['hysteresis_percent']['median']:.2g} % by {recipe}"
+        for recipe, errors in by_recipe.items()
+        if errors
     )
-    words = caption(
+    note = caption(
         "quartiles",
         model=error_statistics["config"]["model"],
         trajectories=error_statistics["trajectories"],
@@ -38,4 +38,4 @@ def compose(error_statistics: Any) -> Table:
         floor=error_statistics["overall"]["resolution_floor_percent"],
     )
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
-    return Table(header, rows, words)
+    return Table(header, rows, note)

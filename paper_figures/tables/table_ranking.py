@@ -22,8 +22,8 @@ SAYS = {
 
 def says(claim: str) -> str:
     """A ranking in words."""
-    kind, _, family = claim.partition("/")
-    return f"best conditioning of {family}" if family else SAYS[kind]
+    ranking, _, family = claim.partition("/")
+    return f"best conditioning of {family}" if family else SAYS[ranking]
 
 
 def chance_text(chance: float, resamples: int) -> str:
@@ -42,15 +42,15 @@ def errors_table(ranking: Any, by_recipe: dict[str, Any]) -> Table:
     rows = []
     for name, spread in sorted(ranking["spread"].items(), key=lambda pair: pair[1]["test_mse"]["median"]):
         count, cells = len(ranking["models"][name]), []
-        for one in (spread[metric] for metric in METRICS):
-            cells.append(f"{number(one['median'])} [{number(one['low'])}, {number(one['high'])}]")
-            cells[-1] += f", seeds {number(one['min'])} to {number(one['max'])}" if count > 1 else ""
+        for interval in (spread[metric] for metric in METRICS):
+            cells.append(f"{number(interval['median'])} [{number(interval['low'])}, {number(interval['high'])}]")
+            cells[-1] += f", seeds {number(interval['min'])} to {number(interval['max'])}" if count > 1 else ""
         first = [name, number(by_recipe[name]) if name in by_recipe else "-", f"{count} of {ranking['seeds_expected']}"]
         rows.append([*first, *cells, number(spread["validation_mse"]["median"])])
     left_out = " ".join(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())
-    words = caption("ranking", confidence=100 * ranking["confidence"], resamples=ranking["resamples"])
+    note = caption("ranking", confidence=100 * ranking["confidence"], resamples=ranking["resamples"])
     header = ["Model", "MSE by the paper's recipe", "Seeds", *METRICS.values(), "Validation MSE"]
-    return Table(header, rows, f"{words} {left_out}".strip())
+    return Table(header, rows, f"{note} {left_out}".strip())
 
 
 def orders_table(ranking: Any) -> Table:
@@ -71,8 +71,8 @@ def orders_table(ranking: Any) -> Table:
             for pair in decided
         ]
     sure = ranking["confidence"]
-    words = caption("ranking-orders", resamples=ranking["resamples"], confidence=sure, tail=1.0 - sure)
-    return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, words)
+    note = caption("ranking-orders", resamples=ranking["resamples"], confidence=sure, tail=1.0 - sure)
+    return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, note)
 
 
 def compose(ranking: Any, model_comparison: Any) -> dict[str, Table]:

@@ -13,5 +13,5 @@ def compose(effects: Any) -> Table:
         [row["stand_in"], row["instead_of"], OVER[row["over"]], *(number(row[name]) for name in ("low", "high"))]
         for row in effects["safe"]
     ]
-    words = caption("stand-ins", tolerance=number(100.0 * effects["tolerance"]))
-    return Table(["Stand-in", "Instead of", "Over", "Safe from", "Safe to"], rows, words)
+    note = caption("stand-ins", tolerance=number(100.0 * effects["tolerance"]))
+    return Table(["Stand-in", "Instead of", "Over", "Safe from", "Safe to"], rows, note)

@@ -32,19 +32,19 @@ def several(values: list[float]) -> str:
 
 def rows(errors_by_place: Any, ways_to_call: Any) -> list[list[str]]:
     """One row for each model and kind of protocols."""
-    found, seconds = [], ways_to_call["seconds"]
+    lines, seconds = [], ways_to_call["seconds"]
     for name, places in errors_by_place["models"].items():
         cost, times = seconds[name], seconds["solver"]["batch"] / seconds[name]["batch"]
-        for place, words in PLACES.items():
-            if place in places:
-                one = places[place]
-                banded = "width/pull_off" in one
-                covered = ", ".join(f"{one[f'inside/{result}']:.2f}" for result in HELD) if banded else ""
-                widths = several(one["width/pull_off"][:2]) if banded else ""
-                errors = several(one["pull_off"]), several(one["hysteresis"][:2])
+        for region, label in PLACES.items():
+            if region in places:
+                summary = places[region]
+                banded = "width/pull_off" in summary
+                covered = ", ".join(f"{summary[f'inside/{result}']:.2f}" for result in HELD) if banded else ""
+                widths = several(summary["width/pull_off"][:2]) if banded else ""
+                errors = several(summary["pull_off"]), several(summary["hysteresis"][:2])
                 calls = f"{1e3 * cost['batch']:.3f}", f"{1e3 * cost['single']:.2f}", f"{times:.0f}"
-                found.append([name, words, *errors, covered, widths, *calls])
-    return found
+                lines.append([name, label, *errors, covered, widths, *calls])
+    return lines
 
 
 def page_text(errors_by_place: Any, ways_to_call: Any) -> str:
@@ -59,10 +59,10 @@ CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 
 def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
     """The table of the ways to call for a page: times, errors, after how many calls a model pays, and its making."""
-    gradients, found, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
+    gradients, lines, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
     for name in (*ways_to_call["solvers"], *ways_to_call["models"]):
         seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
-        times = [f"{1e3 * seconds[kind]:.3g}" for kind in ("batch", "single", "gradient")]
+        times = [f"{1e3 * seconds[way]:.3g}" for way in ("batch", "single", "gradient")]
         row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
         if solved := ways_to_call["solvers"].get(name):
             row[-2] = several([solved["p50"], solved["p90"]])
@@ -73,9 +73,9 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
                 several(places["box" if "box" in places else "paper"]["pull_off"][:2]),
                 "never" if calls is None else f"{float(f'{calls:.2g}'):,.0f}",
             )
-        found.append(row)
+        lines.append(row)
     return (
-        f"{markdown_table(CALLS, found, 'lrrrrrr')}\n\n"
+        f"{markdown_table(CALLS, lines, 'lrrrrrr')}\n\n"
         "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Errors of gradients and of the "
         f"solver on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
