@@ -13,27 +13,27 @@ def editing(path):
     """Open a file for changes and seal it again."""
     with h5py.File(path, "r+") as file:
         yield file
-    with Path(path).open("r+b") as content:
-        seal(content)
+    with Path(path).open("r+b") as raw:
+        seal(raw)
 
 
-def damaged(content, rng, kinds=("flip", "zero", "overwrite", "cut", "insert", "remove", "repeat")):
+def damaged(original, rng, kinds=("flip", "zero", "overwrite", "cut", "insert", "remove", "repeat")):
     """The bytes with one random damage."""
-    found, place = bytearray(content), rng.randrange(len(content))
+    damaged_bytes, start = bytearray(original), rng.randrange(len(original))
     size = rng.choice((1, 8, 64, 512, 4096))
-    kind = rng.choice(kinds)
-    if kind == "flip":
-        found[place] ^= 1 << rng.randrange(8)
-    elif kind == "zero":
-        found[place : place + size] = bytes(len(found[place : place + size]))
-    elif kind == "overwrite":
-        found[place : place + size] = rng.randbytes(len(found[place : place + size]))
-    elif kind == "cut":
-        del found[place:]
-    elif kind == "insert":
-        found[place:place] = rng.randbytes(size)
-    elif kind == "repeat":
-        found[place:place] = found[(other := rng.randrange(len(content))) : other + size]
+    damage = rng.choice(kinds)
+    if damage == "flip":
+        damaged_bytes[start] ^= 1 << rng.randrange(8)
+    elif damage == "zero":
+        damaged_bytes[start : start + size] = bytes(len(damaged_bytes[start : start + size]))
+    elif damage == "overwrite":
+        damaged_bytes[start : start + size] = rng.randbytes(len(damaged_bytes[start : start + size]))
+    elif damage == "cut":
+        del damaged_bytes[start:]
+    elif damage == "insert":
+        damaged_bytes[start:start] = rng.randbytes(size)
+    elif damage == "repeat":
+        damaged_bytes[start:start] = damaged_bytes[(source := rng.randrange(len(original))) : source + size]
     else:
-        del found[place : place + size]
-    return bytes(found)
+        del damaged_bytes[start : start + size]
+    return bytes(damaged_bytes)

@@ -9,17 +9,17 @@ from typer.testing import CliRunner
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def ended(*words, **options):
+def ended(*arguments, **options):
     """A program that has ended, with whatever status, and what it printed."""
-    return subprocess.run([str(word) for word in words], capture_output=True, text=True, **options)
+    return subprocess.run([str(word) for word in arguments], capture_output=True, text=True, **options)
 
 
-def python(*words, **options):
-    return ended(sys.executable, *words, **options)
+def python(*arguments, **options):
+    return ended(sys.executable, *arguments, **options)
 
 
-def succeeded(app, words):
+def succeeded(app, arguments):
     """A command that ran in this process and ended well."""
-    result = CliRunner().invoke(app, words)
+    result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     return result

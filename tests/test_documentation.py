@@ -46,14 +46,14 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
     assert [command.split()[0] for command in commands] == ["surrogate"] * 5 + ["python"] * 2 + ["rm"] * 2
     for command in commands:
         # A small data set instead of the published one, for an epoch.
-        words = shlex.split(command.replace("--epochs 5", "--epochs 1"))
-        if words[0] == "rm":
+        arguments = shlex.split(command.replace("--epochs 5", "--epochs 1"))
+        if arguments[0] == "rm":
             subprocess.run(command, shell=True, cwd=tmp_path, check=True)
             continue
-        program = [sys.executable, "-m", "surrogate"] if words[0] == "surrogate" else [sys.executable]
-        words += ["--dataset", "published.h5"] if words[1] in ("train", "evaluate") else []
+        program = [sys.executable, "-m", "surrogate"] if arguments[0] == "surrogate" else [sys.executable]
+        arguments += ["--dataset", "published.h5"] if arguments[1] in ("train", "evaluate") else []
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        done = ended(*program, *words[1:], cwd=tmp_path, env=environment)
+        done = ended(*program, *arguments[1:], cwd=tmp_path, env=environment)
         assert done.returncode == 0, f"{command}: {done.stderr}"
     assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {"my_model.py", "published.h5"}
 
@@ -110,18 +110,18 @@ def test_every_data_file_has_its_licence_in_the_table():
     for path in map(Path, listed.split("\0")):
         if not data.fullmatch(path.suffix) or code.fullmatch(path.as_posix()):
             continue
-        found = [pattern for pattern in licences if fnmatch.fnmatchcase(path.as_posix(), pattern)]
-        assert len(found) == 1, path
-        used |= {*found}
+        patterns = [pattern for pattern in licences if fnmatch.fnmatchcase(path.as_posix(), pattern)]
+        assert len(patterns) == 1, path
+        used |= {*patterns}
         if path.is_relative_to("bem/materials_library"):
             stated = tomllib.loads((ROOT / path).read_text(encoding="utf-8")).get("licence", "none stated")
-            assert licences[found[0]] == stated
+            assert licences[patterns[0]] == stated
     assert used == set(licences)
 
 
 def test_a_function_with_parameters_states_what_it_returns():
     loader = griffe.GriffeLoader(search_paths=[ROOT])
-    found = [loader.load(package) for package in ("bem", "surrogate")]
+    nodes = [loader.load(package) for package in ("bem", "surrogate")]
     names = {
         name
         for page in API_PAGES
@@ -130,16 +130,16 @@ def test_a_function_with_parameters_states_what_it_returns():
         )
     }
     silent, seen = [], 0
-    while found:
-        one = found.pop()
-        found += [] if one.is_alias else [member for name, member in one.members.items() if not name.startswith("_")]
-        shown = any(one.path == name or one.path.startswith(f"{name}.") for name in names)
-        if one.is_alias or not one.is_function or not one.docstring or not shown:
+    while nodes:
+        node = nodes.pop()
+        nodes += [] if node.is_alias else [member for name, member in node.members.items() if not name.startswith("_")]
+        shown = any(node.path == name or node.path.startswith(f"{name}.") for name in names)
+        if node.is_alias or not node.is_function or not node.docstring or not shown:
             continue
         seen += 1
-        told = {section.kind.value for section in one.docstring.parse("google", warnings=False)}
-        if "parameters" in told and str(one.returns) != "None" and not told & {"returns", "yields"}:
-            silent.append(one.path)
+        sections = {section.kind.value for section in node.docstring.parse("google", warnings=False)}
+        if "parameters" in sections and str(node.returns) != "None" and not sections & {"returns", "yields"}:
+            silent.append(node.path)
     assert seen > 100
     assert not silent
 
@@ -147,8 +147,8 @@ def test_a_function_with_parameters_states_what_it_returns():
 @pytest.mark.slow
 def test_the_site_builds_without_a_broken_link(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
-    words = ("-m", "mkdocs", "build", "--config-file", ".mkdocs.yml", "--strict", "--quiet", "--site-dir", tmp_path)
-    result = python(*words, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})
+    arguments = ("-m", "mkdocs", "build", "--config-file", ".mkdocs.yml", "--strict", "--quiet", "--site-dir", tmp_path)
+    result = python(*arguments, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})
     assert result.returncode == 0, result.stdout + result.stderr
     assert "bem.simulation.simulate" in (tmp_path / "api-bem/index.html").read_text(encoding="utf-8")
     assert "predict_history" in (tmp_path / "api-surrogate/index.html").read_text(encoding="utf-8")
@@ -165,5 +165,5 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     for page in ("api-bem/index.html", "api-surrogate/index.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
         assert returned
-        rows = [part.partition("</tbody>")[0].partition("<tbody>")[2].count("<tr") for part in returned]
+        rows = [table.partition("</tbody>")[0].partition("<tbody>")[2].count("<tr") for table in returned]
         assert set(rows) == {1}, "what is returned is one thing, in one row"

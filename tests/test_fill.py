@@ -27,25 +27,25 @@ def test_an_unknown_place_is_refused(name):
 
 def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
     path = ROOT / "published/dataset.h5"
-    seconds, each = float(data_card.core_seconds(path)), float(data_card.milliseconds(path))
+    seconds, milliseconds = float(data_card.core_seconds(path)), float(data_card.milliseconds(path))
     (drawn,) = drawing.figure(height=2.0).subplots(1, 1, squeeze=False).flat
     figure_2.draw_cost(drawn, load_dataset(path), drawing.paper_values("dataset"))
     assert any(f"here: {seconds / 60.0:.1f} min" in text.get_text() for text in drawn.texts)
-    assert 1e3 * seconds / int(data_card.trajectories(path).replace(",", "")) == pytest.approx(each, rel=0.05)
+    assert 1e3 * seconds / int(data_card.trajectories(path).replace(",", "")) == pytest.approx(milliseconds, rel=0.05)
 
 
 def test_a_place_names_the_files_that_it_shows(tmp_path, monkeypatch):
     monkeypatch.setattr(fill, "ROOT", tmp_path)
-    place = "<!-- fill experiments.measurements.limits.contact_text a/measurements/limits.json -->{}<!-- end -->"
+    line = "<!-- fill experiments.measurements.limits.contact_text a/measurements/limits.json -->{}<!-- end -->"
     with pytest.raises(FileNotFoundError, match="`make measure-limits` makes it"):
-        fill.filled(place.format("?"))
+        fill.filled(line.format("?"))
     (tmp_path / "a" / "measurements").mkdir(parents=True)
     (tmp_path / "a" / "measurements" / "limits.json").write_text('{"in_contact": 0.5}', encoding="utf-8")
-    assert "up to $\\mu = 0.50$<!-- end -->" in fill.filled(place.format("?"))
+    assert "up to $\\mu = 0.50$<!-- end -->" in fill.filled(line.format("?"))
 
 
 def test_all_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path, monkeypatch, capsys):
-    assert {"README.md", "reproducing.md", "reproducibility.md", "cost.md"} <= {one.name for one in fill.documents()}
+    assert {"README.md", "reproducing.md", "reproducibility.md", "cost.md"} <= {path.name for path in fill.documents()}
     monkeypatch.chdir(tmp_path)
     fill.main(check=True)
     copy = tmp_path / "README.md"

@@ -84,12 +84,12 @@ def imported(path):
         if isinstance(node, ast.ImportFrom):
             assert not node.level, f"{path}: a relative import hides its room"
             names = [f"{node.module}.{alias.name}" for alias in node.names]
-            found = [name if is_module(name) else node.module for name in names]
+            modules = [name if is_module(name) else node.module for name in names]
         elif isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
+            modules = [alias.name for alias in node.names]
         else:
             continue
-        every += [(module, node.lineno) for module in found if module.partition(".")[0] in PACKAGES]
+        every += [(module, node.lineno) for module in modules if module.partition(".")[0] in PACKAGES]
     return every
 
 

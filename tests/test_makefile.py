@@ -14,13 +14,13 @@ from tests.processes import ROOT, ended
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 
 
-def make(*words, check=True):
-    return ended("make", "--no-print-directory", *words, cwd=ROOT, check=check)
+def make(*arguments, check=True):
+    return ended("make", "--no-print-directory", *arguments, cwd=ROOT, check=check)
 
 
-def commands(*words):
+def commands(*arguments):
     """The commands that make would run."""
-    return make("-n", *words).stdout.replace("\\\n", "")
+    return make("-n", *arguments).stdout.replace("\\\n", "")
 
 
 @pytest.fixture(scope="module")
@@ -32,21 +32,21 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     """Those of figures and tables are the names of their modules."""
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
-    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
+    expected = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
         model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-emulated test-torch test-minima lint format golden-trajectories lock clean docs
         docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all"""
-    assert targets - captions().keys() == set(wanted.split())
+    assert targets - captions().keys() == set(expected.split())
 
 
 def test_help_is_one_screen_and_shows_first_what_rests_on_published_results(targets):
     shown = make("-s", "help").stdout
-    first, *others = re.split(r"^\S.*$", shown, flags=re.MULTILINE)[2:-1]
+    first, *groups = re.split(r"^\S.*$", shown, flags=re.MULTILINE)[2:-1]
     described = re.findall(r"^  (\S+)  ", first, flags=re.MULTILINE)
     assert described[0] == "setup"
     assert len(shown.splitlines()) <= 30
-    assert {name for group in others for name in group.split()} | set(described) == targets | {"measure-%"}
+    assert {name for group in groups for name in group.split()} | set(described) == targets | {"measure-%"}
 
 
 @pytest.mark.parametrize("pages", ["*.md", "docs/*.md", "bem/*.md"])
@@ -54,7 +54,7 @@ def test_documents_name_targets_and_measurements_that_exist(pages, targets):
     for page in set(ROOT.glob(pages)) - {ROOT / "CHANGELOG.md"}:
         text = page.read_text(encoding="utf-8")
         for target in {
-            found for words in re.findall(r"`make (?:-j2 )?([a-z0-9 -]+?)[`(]", text) for found in words.split()
+            name for line in re.findall(r"`make (?:-j2 )?([a-z0-9 -]+?)[`(]", text) for name in line.split()
         }:
             study = target.removeprefix("measure-").replace("-", "_")
             assert target in targets or (target.startswith("measure-") and study in studies()), f"{page}: make {target}"
@@ -68,10 +68,10 @@ def drawn(tmp_path_factory):
     for name in ("venv", "out/figures", "out/tables", "out/studies"):
         (folder / name).mkdir(parents=True)
     (folder / "venv/.installed").touch()
-    words = ["studies", "figures", "tables", "cost-figures", f"VENV={folder}/venv", f"OUT={folder}/out"]
-    words += ["-o", f"{folder}/venv/.installed"]
-    make("--touch", *words)
-    return words
+    arguments = ["studies", "figures", "tables", "cost-figures", f"VENV={folder}/venv", f"OUT={folder}/out"]
+    arguments += ["-o", f"{folder}/venv/.installed"]
+    make("--touch", *arguments)
+    return arguments
 
 
 @pytest.mark.parametrize(
@@ -90,8 +90,8 @@ def drawn(tmp_path_factory):
     ],
 )
 def test_a_change_makes_anew_what_was_made_from_it_and_little_else(changed, again, most, drawn):
-    found = commands(*drawn, *(["-W", changed] if changed else []))
-    made = re.findall(r"-m (?:experiments|paper_figures) (\S+)", found)
+    output = commands(*drawn, *(["-W", changed] if changed else []))
+    made = re.findall(r"-m (?:experiments|paper_figures) (\S+)", output)
     assert set(again.split()) <= set(made)
     assert len(made) <= most
 
@@ -133,12 +133,12 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
 
 
 def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
-    found = commands("paper", "cost-figures", "-B")
+    output = commands("paper", "cost-figures", "-B")
     for name in ("figure-1", "figure-ranking", "table-ranking"):
-        assert re.search(rf"-m paper_figures {name} .* --out \S+ --leave-out\n", found)
+        assert re.search(rf"-m paper_figures {name} .* --out \S+ --leave-out\n", output)
         assert "--leave-out" not in commands("-B", name)
     graphs = "results/studies/architecture_graphs.json"
-    assert f"-m experiments architecture_graphs  --out {graphs} --leave-out" in found
+    assert f"-m experiments architecture_graphs  --out {graphs} --leave-out" in output
     report = commands("-B", "report")
     assert "-m experiments adopted_settings" in report
     assert "--leave-out" not in report
@@ -151,14 +151,14 @@ def test_models_are_trained_two_at_a_time(status, tmp_path):
     begun = f"[ -e {tmp_path}/M1-FiLM -a -e {tmp_path}/M1-concat ]"
     both = f"for _ in $(seq 200); do {begun} && break; sleep 0.05; done; {begun} || exit 9"
     train = f"touch {tmp_path}/$2; {both}; mkdir -p {tmp_path}/models/$2; exit {status}"
-    for name, words in (("surrogate", train), ("python", f'echo "$@" >> {tmp_path}/noted')):
-        (tmp_path / "bin" / name).write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
+    for name, script in (("surrogate", train), ("python", f'echo "$@" >> {tmp_path}/noted')):
+        (tmp_path / "bin" / name).write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
         (tmp_path / "bin" / name).chmod(0o755)
     (tmp_path / "models" / "M4-FiLM").mkdir(parents=True)
     for file in (".installed", "dataset.h5", "models/M4-FiLM/run.json"):
         (tmp_path / file).touch()
-    words = [f"VENV={tmp_path}", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/.installed"]
-    done = make("-s", "-j2", "models", "ONLY=M1-FiLM M1-concat M4-FiLM", *words, check=False)
+    script = [f"VENV={tmp_path}", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/.installed"]
+    done = make("-s", "-j2", "models", "ONLY=M1-FiLM M1-concat M4-FiLM", *script, check=False)
     assert done.returncode == (2 if status else 0)
     assert (f"Error {status}" in done.stderr) == (status != 0)
     assert not (tmp_path / "M4-FiLM").exists()
@@ -168,8 +168,8 @@ def test_models_are_trained_two_at_a_time(status, tmp_path):
 
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):
-    def refused(*words):
-        return "only all 12450" in make("-s", "require-full-dataset", *words, check=False).stderr
+    def refused(*arguments):
+        return "only all 12450" in make("-s", "require-full-dataset", *arguments, check=False).stderr
 
     assert not refused()
     assert not refused("COUNT=5", f"PUBLISHED={tmp_path}/published")
@@ -183,21 +183,21 @@ def python(tmp_path):
     """A program that stands in for Python and `bem`: it makes an environment of itself, and says what pip is asked."""
     python = tmp_path / "python"
     copies = 'mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && cp "$0" "$3/bin/bem" && cp "$0" "$3/bin/surrogate"'
-    words = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
-    python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
+    script = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
+    python.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
     python.chmod(0o755)
     return python
 
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
-    first, *rest = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
+    first, *logs = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
     packages = len(
         re.findall(r"^\S+==", (ROOT / "requirements/work.lock").read_text(encoding="utf-8"), flags=re.MULTILINE)
     )
     assert first.startswith(f"Step 1 of 2: installing {packages} packages into {tmp_path}/venv, 3 GB: 3 to 10 minutes")
-    assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
-    assert rest[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
-    assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", rest[-1])
+    assert logs[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
+    assert logs[-2] == f"Step 2 of 2: {tmp_path}/venv/bin/bem compile"
+    assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", logs[-1])
 
 
 @pytest.mark.parametrize("fails", [False, True])
@@ -207,9 +207,9 @@ def test_on_a_terminal_packages_are_counted(fails, python, tmp_path):
     python.write_text(python.read_text(encoding="utf-8").replace('echo "$@"', f"{{ {pip}; }}"), encoding="utf-8")
     (tmp_path / "scratch").mkdir()
     reader, terminal = os.openpty()
-    words = ("make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}")
+    arguments = ("make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}")
     environment = os.environ | {"TMPDIR": f"{tmp_path}/scratch"}
-    done = subprocess.run(words, cwd=ROOT, env=environment, stdout=terminal, stderr=terminal, check=False)
+    done = subprocess.run(arguments, cwd=ROOT, env=environment, stdout=terminal, stderr=terminal, check=False)
     printed = os.read(reader, 10_000).decode()
     assert (done.returncode != 0) == fails
     assert re.search(r"\r  1 of \d+ downloaded, 0 installed, \d+ s left", printed)

@@ -87,12 +87,12 @@ OTHERS = sorted({path.name for path in PRETRAINED.glob("*")} - {"fast"})
 
 
 @pytest.mark.parametrize(
-    "name", ["fast", *(pytest.param(one, marks=pytest.mark.slow) for one in ("M1-concat", *OTHERS))]
+    "name", ["fast", *(pytest.param(model, marks=pytest.mark.slow) for model in ("M1-concat", *OTHERS))]
 )
 def test_an_installation_predicts_from_anywhere(site, tmp_path, name):
     files = {path.name for path in (site / "surrogate" / "models" / name).iterdir()}
     assert files >= (set(FILES) if name != "M1-concat" else MODEL)
-    found = isolated(
+    printed = isolated(
         site,
         "import surrogate\n"
         "from bem import LoadingProtocol, Scene, StandardLinearSolid\n"
@@ -103,9 +103,9 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path, name):
         # Its place is new, so that kernels would be compiled; the slow ones do.
         NUMBA_DISABLE_JIT="1" if name == "fast" else "0",
     )
-    place, *numbers = found.rsplit(" ", 3)
+    path, *numbers = printed.rsplit(" ", 3)
     low, high, force = map(float, numbers)
-    assert Path(place) == site / "surrogate" / "__init__.py"
+    assert Path(path) == site / "surrogate" / "__init__.py"
     assert 1.0 <= low < force < high <= 20.0
 
 

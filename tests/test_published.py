@@ -48,8 +48,8 @@ def test_only_named_files_get_a_new_line(published):
 
 
 def tracked():
-    words = ["git", "ls-files", "-z", "--", "."]
-    listed = subprocess.run(words, cwd=PUBLISHED, capture_output=True, text=True, check=False).stdout.split("\0")
+    command = ["git", "ls-files", "-z", "--", "."]
+    listed = subprocess.run(command, cwd=PUBLISHED, capture_output=True, text=True, check=False).stdout.split("\0")
     return sorted({name for name in listed if name} - {NAME})
 
 
@@ -67,8 +67,8 @@ def test_every_published_file_has_its_line():
     ids=lambda path: str(path.relative_to(PUBLISHED)),
 )
 def test_a_result_says_how_it_was_made(path):
-    content = json.loads(path.read_text(encoding="utf-8"))
-    assert path.name == "dataset.croissant.json" or {"command", "versions"} <= content.keys()
+    result = json.loads(path.read_text(encoding="utf-8"))
+    assert path.name == "dataset.croissant.json" or {"command", "versions"} <= result.keys()
 
 
 def test_the_data_set_says_how_it_was_made():

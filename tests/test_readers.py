@@ -53,12 +53,12 @@ def refusal(read, path):
     """The sentence of a reader that refuses a file, or `None`."""
     try:
         read(path)
-        words = None
+        sentence = None
     except ValueError as error:
-        words = str(error)
-        assert "\n" not in words
-        assert len(words) < 1000
-    return words
+        sentence = str(error)
+        assert "\n" not in sentence
+        assert len(sentence) < 1000
+    return sentence
 
 
 @pytest.fixture(autouse=True)
@@ -97,11 +97,11 @@ def test_a_file_that_is_no_afm_file_is_one_sentence(name, tmp_path):
 def test_damaged_files_are_read_or_refused(name, tmp_path):
     path, rng, read = tmp_path / name, random.Random(name), ForceCurve.read
     if name in READERS:
-        content, read = READERS[name][0].encode(), READERS[name][1]
+        original, read = READERS[name][0].encode(), READERS[name][1]
     else:
-        content = afm_file(tmp_path, Path(name).suffix)
+        original = afm_file(tmp_path, Path(name).suffix)
     for _ in range(200):
-        path.write_bytes(damaged(content, rng))
+        path.write_bytes(damaged(original, rng))
         refusal(read, path)
 
 

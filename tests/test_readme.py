@@ -28,9 +28,9 @@ def test_it_fits_on_one_screen():
 
 def test_the_solver_examples_print_what_they_say(capsys):
     examples = python_examples(SOLVER_README)
-    said = re.findall(r"^print\(.*\)  # (.*)$", "\n".join(examples), flags=re.MULTILINE)
-    assert said
-    assert printed(examples, capsys) == said
+    expected = re.findall(r"^print\(.*\)  # (.*)$", "\n".join(examples), flags=re.MULTILINE)
+    assert expected
+    assert printed(examples, capsys) == expected
 
 
 @pytest.mark.parametrize("program", [pytest.param("bem", marks=pytest.mark.slow), "surrogate"])

@@ -54,8 +54,8 @@ def test_a_type_checker_refuses_wrong_calls_and_passes_right_ones(tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM, encoding="utf-8")
     # As installed packages: their own errors are not the user's.
     options = ["--config-file=", "--follow-imports=silent", "--ignore-missing-imports", "--no-pretty"]
-    words = ("-m", "mypy", *options, "--cache-dir", tmp_path / "cache", "program.py")
-    result = python(*words, cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)})
+    arguments = ("-m", "mypy", *options, "--cache-dir", tmp_path / "cache", "program.py")
+    result = python(*arguments, cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)})
     refused = {int(line) for line in re.findall(r"^program\.py:(\d+): error: ", result.stdout, flags=re.MULTILINE)}
     lines = PROGRAM.splitlines()
     assert refused == {number for number, line in enumerate(lines, 1) if line.endswith("# refused")}, result.stdout

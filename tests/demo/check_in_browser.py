@@ -21,7 +21,7 @@ TILES = {"pull-off-force": "pull_off_force", "pull-off-time": "pull_off_time", "
 
 def python(model, protocols):
     """Trajectories of protocols as the page names them; the modulus ratio of the paper is not named."""
-    rows = [{"modulus_ratio": 0.1} | {name: float(value) for name, value in one.items()} for one in protocols]
+    rows = [{"modulus_ratio": 0.1} | {name: float(value) for name, value in protocol.items()} for protocol in protocols]
     scenes = [Scene(row.pop("tabor"), StandardLinearSolid(row.pop("modulus_ratio"))) for row in rows]
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         return model.predict(scenes, [LoadingProtocol(**row) for row in rows])
@@ -39,9 +39,9 @@ def column(rows, name):
 @pytest.mark.parametrize("moment", ["start", "dragged", "typed", "shared", "preset", "outside", "phone"])
 def test_numbers_are_those_of_python(browsed, model, moment):
     seen = browsed[moment]
-    (found,) = python(model, [seen["protocol"]])
+    (trajectory,) = python(model, [seen["protocol"]])
     for tile, name in TILES.items():
-        expected = pytest.approx(getattr(found, name), rel=TOLERANCE)
+        expected = pytest.approx(getattr(trajectory, name), rel=TOLERANCE)
         assert seen["values"][tile] == expected
         assert float(seen["shown"][tile].replace("−", "-")) == expected
 
@@ -61,13 +61,13 @@ def test_dragging_moves_what_it_should_and_the_keyboard_is_enough(browsed):
 
 def test_downloaded_history_is_that_of_python(browsed, model, folder):
     rows = table(folder / "dragged.csv")
-    (found,) = python(model, [browsed["dragged"]["protocol"]])
+    (trajectory,) = python(model, [browsed["dragged"]["protocol"]])
     (edge,) = edge_from_counts(FMS, 1)
-    for name, expected in (("time", found.time), ("indentation", found.indentation), ("edge", edge)):
+    for name, expected in (("time", trajectory.time), ("indentation", trajectory.indentation), ("edge", edge)):
         np.testing.assert_allclose(column(rows, name), expected, rtol=1e-14, atol=1e-15)
-    scale = np.abs(found.force).max()
+    scale = np.abs(trajectory.force).max()
     force = column(rows, "force")
-    np.testing.assert_allclose(force, found.force, rtol=TOLERANCE, atol=1e-6 * scale)
+    np.testing.assert_allclose(force, trajectory.force, rtol=TOLERANCE, atol=1e-6 * scale)
     # Every digit of the page's own numbers.
     assert max(force[FMS[0] + FMS[1] - 1 :]) == browsed["dragged"]["values"]["pull-off-force"]
     assert [row["phase"] for row in rows] == ["loading"] * 50 + ["dwell"] * 20 + ["unloading"] * 50
@@ -76,15 +76,15 @@ def test_downloaded_history_is_that_of_python(browsed, model, folder):
 
 
 def test_errors_of_the_solver_curves_are_stated_and_one_is_overlaid(browsed, model, curves, folder):
-    known = {curve["name"]: curve["force"] for curve in curves["curves"]}
-    found = python(model, [curve["protocol"] for curve in curves["curves"]])
-    expected = nmae(np.array([one.force for one in found]), np.array([*known.values()]))
+    forces = {curve["name"]: curve["force"] for curve in curves["curves"]}
+    trajectories = python(model, [curve["protocol"] for curve in curves["curves"]])
+    expected = nmae(np.array([trajectory.force for trajectory in trajectories]), np.array([*forces.values()]))
     names, errors = zip(*browsed["list"], strict=True)
-    assert list(names) == list(known)
+    assert list(names) == list(forces)
     np.testing.assert_allclose(errors, expected, rtol=TOLERANCE)
     assert browsed["preset"]["picked"] == "paper-12"
     assert float(browsed["preset"]["error"]) == pytest.approx(expected[names.index("paper-12")], rel=TOLERANCE)
-    assert column(table(folder / "preset.csv"), "solver_force").tolist() == known["paper-12"]
+    assert column(table(folder / "preset.csv"), "solver_force").tolist() == forces["paper-12"]
 
 
 def test_link_shares_state_view_and_units(browsed):
@@ -159,7 +159,7 @@ def test_focused_control_is_in_sight_on_a_phone(browsed):
 @pytest.mark.parametrize("window", ["desk", "phone", "dark"])
 def test_the_contact_is_seen_from_its_approach_to_its_release(browsed, curves, window):
     seen = browsed["film"][window]
-    pull_off = next(one for one in curves["curves"] if one["name"] == "paper-4")["results"]["pull_off_force"]
+    pull_off = next(curve for curve in curves["curves"] if curve["name"] == "paper-4")["results"]["pull_off_force"]
     force = float(seen["start"]["words"].rpartition("P ")[2].replace("−", "-"))
     assert 0.9 * pull_off < force <= 1.01 * pull_off
     assert seen["apart"]["instant"] == 0 < seen["playing"]["instant"]

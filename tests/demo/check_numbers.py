@@ -37,8 +37,8 @@ def test_steps_are_those_of_python(solids, model):
     cases = json.dumps({"protocols": protocols, "counts": list(model.counts)})
     done = subprocess.run(["node", script], input=cases, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+    histories = json.loads(done.stdout)
     times, indentations = physical_grid(**solids, counts=model.counts)
-    np.testing.assert_allclose([one["times"] for one in found], times, rtol=1e-11)
-    np.testing.assert_allclose([one["indentations"] for one in found], indentations, rtol=1e-11, atol=1e-10)
-    np.testing.assert_array_equal([one["edge"] for one in found], edge_from_counts(model.counts, len(times)))
+    np.testing.assert_allclose([row["times"] for row in histories], times, rtol=1e-11)
+    np.testing.assert_allclose([row["indentations"] for row in histories], indentations, rtol=1e-11, atol=1e-10)
+    np.testing.assert_array_equal([row["edge"] for row in histories], edge_from_counts(model.counts, len(times)))

@@ -36,8 +36,8 @@ def test_numbers_are_those_of_python(seen, folder, model, case):
     # An elastic loop loses almost nothing: what is left of large areas is known as well as they are.
     rounding = {"hysteresis": 2.0 * scale * np.ptp(expected.indentation)}
     for tile, name in TILES.items():
-        wanted = pytest.approx(getattr(expected, name), rel=TOLERANCE, abs=rounding.get(name, 0.0))
-        assert shown["values"][tile] == wanted
+        value = pytest.approx(getattr(expected, name), rel=TOLERANCE, abs=rounding.get(name, 0.0))
+        assert shown["values"][tile] == value
     rows = table(folder / f"{model}-{case}.csv")
     # Times and indentations in double precision.
     np.testing.assert_allclose(column(rows, "time"), expected.time, rtol=1e-11)
@@ -49,9 +49,9 @@ def test_numbers_are_those_of_python(seen, folder, model, case):
         return
     for name in ("force_lower", "force_upper"):
         np.testing.assert_allclose(column(rows, name), getattr(expected, name), rtol=TOLERANCE, atol=scale)
-    low, high, words = shown["interval"]
+    low, high, text = shown["interval"]
     np.testing.assert_allclose([float(low), float(high)], expected.pull_off_interval, rtol=TOLERANCE)
-    assert words.startswith("90 %: ")
+    assert text.startswith("90 %: ")
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -60,9 +60,9 @@ def test_errors_of_every_curve_are_those_of_python(seen, solid_curves, model):
     names, errors, pull_offs = zip(*seen["lists"][model], strict=True)
     assert list(names) == [curve["name"] for curve in solid_curves]
     true = np.array([curve["force"] for curve in solid_curves])
-    np.testing.assert_allclose(errors, nmae(np.array([one.force for one in expected]), true), rtol=2e-3)
+    np.testing.assert_allclose(errors, nmae(np.array([trajectory.force for trajectory in expected]), true), rtol=2e-3)
     peaks = np.array([curve["results"]["pull_off_force"] for curve in solid_curves])
-    ours = 100.0 * np.abs(np.array([one.pull_off_force for one in expected]) / peaks - 1.0)
+    ours = 100.0 * np.abs(np.array([trajectory.pull_off_force for trajectory in expected]) / peaks - 1.0)
     np.testing.assert_allclose(pull_offs, ours, atol=100 * TOLERANCE)
 
 
@@ -94,7 +94,7 @@ def test_outside_the_training_the_interval_says_so(seen):
 def test_a_solver_curve_comes_with_its_residual(seen, folder, solid_curves):
     shown = seen["solid"]
     assert shown["picked"] == "solid-3"
-    curve = next(one for one in solid_curves if one["name"] == "solid-3")
+    curve = next(candidate for candidate in solid_curves if candidate["name"] == "solid-3")
     assert float(shown["protocol"]["modulus_ratio"]) == pytest.approx(curve["protocol"]["modulus_ratio"], rel=1e-7)
     rows = table(folder / "solid.csv")
     assert [float(row["solver_force"]) for row in rows] == curve["force"]
@@ -124,9 +124,9 @@ def test_laboratory_units_reach_the_band(seen, folder):
     )
     rows = table(folder / "solid-laboratory.csv")
     np.testing.assert_allclose(column(rows, "force_N"), setup.force_scale * column(rows, "force"), rtol=1e-12)
-    low, _, words = shown["interval"]
+    low, _, text = shown["interval"]
     assert low == seen["solid"]["interval"][0]
-    number, unit = words.removeprefix("90 %: ").split(" to ")[0].split("\xa0")
+    number, unit = text.removeprefix("90 %: ").split(" to ")[0].split("\xa0")
     prefix = {"nN": 1e-9, "µN": 1e-6, "pN": 1e-12}[unit]
     assert float(number) * prefix == pytest.approx(setup.force_scale * float(low), rel=1e-4)
 
@@ -136,7 +136,7 @@ def test_a_link_opens_the_same_on_a_phone(seen):
         assert seen["linked"][key] == seen["laboratory"][key], key
     # A link has eight digits.
     low, high = (float(end) for end in seen["laboratory"]["interval"][:2])
-    residuals = [float(seen[place]["residual"].split(" at most ")[1].split()[0]) for place in ("linked", "laboratory")]
+    residuals = [float(seen[state]["residual"].split(" at most ")[1].split()[0]) for state in ("linked", "laboratory")]
     assert residuals[0] == pytest.approx(residuals[1], abs=1e-5 * high)
     assert [float(end) for end in seen["linked"]["interval"][:2]] == pytest.approx([low, high], rel=1e-5)
     assert seen["linked"]["wide"] is False
@@ -152,6 +152,6 @@ def test_a_link_opens_the_same_on_a_phone(seen):
     ],
 )
 def test_a_model_that_cannot_be_had_leaves_the_one_before(seen, trouble, sentence):
-    found = seen["failing"][trouble]
-    assert found["said"] == f"{sentence} The model before stays."
-    assert found["kept"] == "model-paper"
+    message = seen["failing"][trouble]
+    assert message["said"] == f"{sentence} The model before stays."
+    assert message["kept"] == "model-paper"

@@ -57,11 +57,11 @@ def test_hold_force():
 
 
 def test_design_unloading(model):
-    found = example("design_unloading").design(model, wanted=5.0, steps=10)
-    assert found.simulated == pytest.approx(5.0, rel=0.005)
-    assert found.simulations <= 12
-    assert 0.1 <= found.unloading_rate <= 1000.0
-    assert 1e-3 <= found.dwell_time <= 3.0
+    plan = example("design_unloading").design(model, wanted=5.0, steps=10)
+    assert plan.simulated == pytest.approx(5.0, rel=0.005)
+    assert plan.simulations <= 12
+    assert 0.1 <= plan.unloading_rate <= 1000.0
+    assert 1e-3 <= plan.dwell_time <= 3.0
 
 
 def test_design_says_when_a_wish_cannot_be_met(model):
@@ -78,10 +78,10 @@ def test_gradients_see_the_channels_the_predictor_sees(model):
     module = example("design_unloading")
     fixed = {"tabor": 2.0, "peak_indentation": 10.0, "loading_rate": 10.0}
     logarithms = np.log(np.tile([[30.0, 0.5]], (module.STARTS, 1)))
-    found, tabor = module.scaled_inputs(model.scaling, tf.constant(logarithms), fixed)
+    scaled, tabor = module.scaled_inputs(model.scaling, tf.constant(logarithms), fixed)
     times, depths = measurement_grid(**fixed, unloading_rate=30.0, dwell_time=0.5)
     expected = model.scaling.scale_channels(channels(times, depths, edge_from_counts(module.COUNTS, 1)))
-    np.testing.assert_allclose(found.numpy()[:1], expected, rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(scaled.numpy()[:1], expected, rtol=0.0, atol=1e-5)
     np.testing.assert_array_equal(tabor.numpy()[:1], model.scaling.scale_tabor(np.array([2.0])))
 
 
@@ -95,9 +95,9 @@ def test_the_measured_curve_on_tissue():
     apparent = hertz.values["relaxed_modulus"]
     assert apparent == pytest.approx(57.6, rel=0.1)
     result = fit(curve, start, accuracy="draft")
-    said = result.summary()
-    assert "solver: viscoelastic sphere with adhesion" in said
-    assert "No model is adequate" in said
+    summary = result.summary()
+    assert "solver: viscoelastic sphere with adhesion" in summary
+    assert "No model is adequate" in summary
     relaxed = result.values["relaxed_modulus"]
     assert relaxed < apparent < relaxed / result.values["modulus_ratio"]
     assert 5e-7 < result.values["work_of_adhesion"] < 1e-5

@@ -28,11 +28,11 @@ def write_model(folder, mse=1.0, *, recipe=RECIPE, split=SPLIT, **run):
     test = {name: {"mean": mse, "median": 0.9 * mse, "p90": 2 * mse, "max": 3 * mse} for name in COLUMNS}
     metrics = {"parameters": 10, "test": test, "epochs": 2, "best_epoch": 2}
     metrics["cpu_seconds"] = None if "device" in run else 120.0
-    known = {"architecture": "-".join(folder.name.split("-")[:2]), "features": "D", "backend": "tensorflow"}
-    known |= {"recipe": recipe, "versions": {}, "training_trajectories": 48, "cpu_seconds": 120.0}
-    contents = {"split.json": split, "metrics.json": metrics, "run.json": known | run}
-    for name, content in contents.items():
-        (folder / name).write_text(json.dumps(content), encoding="utf-8")
+    settings = {"architecture": "-".join(folder.name.split("-")[:2]), "features": "D", "backend": "tensorflow"}
+    settings |= {"recipe": recipe, "versions": {}, "training_trajectories": 48, "cpu_seconds": 120.0}
+    contents = {"split.json": split, "metrics.json": metrics, "run.json": settings | run}
+    for name, document in contents.items():
+        (folder / name).write_text(json.dumps(document), encoding="utf-8")
     rows = "epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1e-4,0.2,0.3,60\n2,1e-4,0.1,4e-4,120\n"
     (folder / "history.csv").write_text(rows, encoding="utf-8")
     return folder

@@ -76,41 +76,41 @@ def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
     """Fails when one of the two files was written alone: run `make demo-curves`."""
     assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
     assert tuple(SOLIDS["counts"]) == PHYSICAL
-    known = len(TRACKED["curves"])
-    for one, other in zip(SOLIDS["curves"][:known], TRACKED["curves"], strict=True):
-        assert (one["name"], one["kind"]) == (other["name"], other["kind"])
-        assert one["protocol"] == {"modulus_ratio": 0.1} | other["protocol"]
-        assert one["results"]["pull_off_force"] == pytest.approx(other["results"]["pull_off_force"], rel=2e-2)
-    others = SOLIDS["curves"][known:]
+    count = len(TRACKED["curves"])
+    for physical, tracked in zip(SOLIDS["curves"][:count], TRACKED["curves"], strict=True):
+        assert (physical["name"], physical["kind"]) == (tracked["name"], tracked["kind"])
+        assert physical["protocol"] == {"modulus_ratio": 0.1} | tracked["protocol"]
+        assert physical["results"]["pull_off_force"] == pytest.approx(tracked["results"]["pull_off_force"], rel=2e-2)
+    solids = SOLIDS["curves"][count:]
     drawn = demo_curves.other_solids(demo_curves.SOLIDS)
-    for curve, solid in zip(others, drawn, strict=True):
+    for curve, solid in zip(solids, drawn, strict=True):
         assert (curve["name"], curve["kind"]) == (solid["name"], solid["kind"])
         assert curve["protocol"] == pytest.approx(solid["protocol"], rel=1e-12)
-    ratios = [one["protocol"]["modulus_ratio"] for one in others]
+    ratios = [curve["protocol"]["modulus_ratio"] for curve in solids]
     assert min(ratios) < 0.03
     assert max(ratios) > 0.3
     # Fails when the file was not written with the others: run `make demo-curves`.
     path = ROOT / demo_curves.CONTACTS_OUT
-    content = json.loads(path.read_text(encoding="utf-8"))
-    assert content["dataset_sha256"] == SOLIDS["dataset_sha256"]
-    assert [one["name"] for one in content["contacts"]] == [one["name"] for one in SOLIDS["curves"]]
+    contacts = json.loads(path.read_text(encoding="utf-8"))
+    assert contacts["dataset_sha256"] == SOLIDS["dataset_sha256"]
+    assert [contact["name"] for contact in contacts["contacts"]] == [curve["name"] for curve in SOLIDS["curves"]]
     assert path.stat().st_size < 400_000
 
 
 def test_a_contact_lies_on_the_sphere_where_it_is_pressed():
     curve = SOLIDS["curves"][3]
-    found = demo_curves.contact(curve)
-    shape = len(found["times"]), demo_curves.NODES
+    film = demo_curves.contact(curve)
+    shape = len(film["times"]), demo_curves.NODES
     heights, levels = (
-        np.frombuffer(b64decode(found[name]), kind).reshape(shape)
-        for name, kind in (("surface", "<u2"), ("traction", "u1"))
+        np.frombuffer(b64decode(film[name]), dtype).reshape(shape)
+        for name, dtype in (("surface", "<u2"), ("traction", "u1"))
     )
     protocol = curve["protocol"]
     start = -(np.pi ** (2 / 3)) * protocol["tabor"]
     loaded = (protocol["peak_indentation"] - start) / protocol["loading_rate"]
-    pressed = int(np.argmin(np.abs(np.array(found["times"]) - loaded)))
-    surface = found["low"] + (found["high"] - found["low"]) * heights[pressed] / 65535
-    radius = np.linspace(0.0, found["reach"], demo_curves.NODES)[:8]
+    pressed = int(np.argmin(np.abs(np.array(film["times"]) - loaded)))
+    surface = film["low"] + (film["high"] - film["low"]) * heights[pressed] / 65535
+    radius = np.linspace(0.0, film["reach"], demo_curves.NODES)[:8]
     sphere = 1.0 - protocol["peak_indentation"] + 0.5 * protocol["tabor"] * radius**2
     np.testing.assert_allclose(surface[:8], sphere, atol=1.1)  # the gap of a pressed contact is below that of rest
     assert (sphere >= surface[:8]).all()
@@ -120,17 +120,17 @@ def test_a_contact_lies_on_the_sphere_where_it_is_pressed():
 @pytest.mark.parametrize("name", ["fast", "accurate"])
 def test_tracked_models_are_the_published_ones(name):
     """Fails when the models were trained anew: run `make demo-models`."""
-    content = banded_content(surrogate.load(name))
+    written = banded_content(surrogate.load(name))
     tracked = (ROOT / "demo" / "public" / f"{name}.onnx").read_bytes()
-    parts = [onnx.load_model_from_string(each) for each in (content, tracked)]
-    words, weights = (
-        [{entry.key: entry.value for entry in part.metadata_props} for part in parts],
-        [{item.name: onnx.numpy_helper.to_array(item) for item in part.graph.initializer} for part in parts],
+    parts = [onnx.load_model_from_string(packed) for packed in (written, tracked)]
+    metadata, weights = (
+        [{entry.key: entry.value for entry in network.metadata_props} for network in parts],
+        [{item.name: onnx.numpy_helper.to_array(item) for item in network.graph.initializer} for network in parts],
     )
     # The checksum is of the bytes, which another version of onnx may order otherwise.
-    for one in words:
-        del one["content_sha256"]
-    assert words[0] == words[1]
+    for properties in metadata:
+        del properties["content_sha256"]
+    assert metadata[0] == metadata[1]
     assert weights[0].keys() == weights[1].keys()
     for key, values in weights[0].items():
         np.testing.assert_array_equal(values, weights[1][key], err_msg=key)

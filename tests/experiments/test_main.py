@@ -10,8 +10,8 @@ from experiments.measurements import effects
 from experiments.paper import architecture_graphs
 
 
-def run(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["python", *words])
+def run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["python", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     return end.value.code, capsys.readouterr()
@@ -19,9 +19,9 @@ def run(monkeypatch, capsys, *words):
 
 @pytest.mark.parametrize("name", ["soak", "persson_brener"])
 def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
-    code, said = run(monkeypatch, capsys, name, "--help")
+    code, output = run(monkeypatch, capsys, name, "--help")
     assert code == 0
-    assert f"Usage: python -m experiments {name} " in said.out
+    assert f"Usage: python -m experiments {name} " in output.out
 
 
 def test_the_help_without_a_name_lists_the_studies(monkeypatch, capsys):
@@ -32,14 +32,14 @@ def test_the_help_without_a_name_lists_the_studies(monkeypatch, capsys):
 
 @pytest.mark.parametrize("name", ["no_study", "cases"])
 def test_an_unknown_study_is_one_sentence(name, monkeypatch, capsys):
-    code, said = run(monkeypatch, capsys, name)
-    assert (code, said.err.count("\n")) == (2, 1)
-    assert "persson_brener" in said.err
-    assert f"received {name!r}" in said.err
+    code, output = run(monkeypatch, capsys, name)
+    assert (code, output.err.count("\n")) == (2, 1)
+    assert "persson_brener" in output.err
+    assert f"received {name!r}" in output.err
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("arguments", "message"),
     [
         (["persson_brener"], "Missing argument 'CONFIG.toml'"),
         (["dataset_statistics", "--architecture", "a.py"], "No such option: --architecture"),
@@ -50,27 +50,27 @@ def test_an_unknown_study_is_one_sentence(name, monkeypatch, capsys):
         (["amortisation", "a/studies/b.json", "d", "e"], "'a/studies/b.json' not found; `make studies` makes it"),
     ],
 )
-def test_inputs_and_options_are_those_of_the_study(words, said, monkeypatch, capsys):
-    code, found = run(monkeypatch, capsys, *words)
-    assert (code, said in found.err) == (2, True)
+def test_inputs_and_options_are_those_of_the_study(arguments, message, monkeypatch, capsys):
+    code, output = run(monkeypatch, capsys, *arguments)
+    assert (code, message in output.err) == (2, True)
 
 
-@pytest.mark.parametrize(("words", "status"), [((), 1), (("--leave-out",), 0)])
-def test_a_study_that_needs_keras_says_so(words, status, monkeypatch, capsys):
+@pytest.mark.parametrize(("arguments", "status"), [((), 1), (("--leave-out",), 0)])
+def test_a_study_that_needs_keras_says_so(arguments, status, monkeypatch, capsys):
     def study():
         raise ModuleNotFoundError("No module named 'keras'", name="keras")
 
     monkeypatch.setattr(architecture_graphs, "study", study)
-    code, said = run(monkeypatch, capsys, "architecture_graphs", *words)
+    code, shown = run(monkeypatch, capsys, "architecture_graphs", *arguments)
     assert code == status
     assert (
-        "architecture_graphs needs keras, which this installation leaves out; run `make setup`" in said.out + said.err
+        "architecture_graphs needs keras, which this installation leaves out; run `make setup`" in shown.out + shown.err
     )
 
 
 def test_an_option_may_be_repeated(monkeypatch, capsys):
-    code, found = run(monkeypatch, capsys, "inconsistencies", "--only", "halving", "--only", "inference-time")
-    assert (code, found.out.split("\n")[0], "\ninference-time\n" in found.out) == (0, "halving", True)
+    code, output = run(monkeypatch, capsys, "inconsistencies", "--only", "halving", "--only", "inference-time")
+    assert (code, output.out.split("\n")[0], "\ninference-time\n" in output.out) == (0, "halving", True)
 
 
 def test_a_result_states_its_command(monkeypatch, capsys, tmp_path):
@@ -80,5 +80,5 @@ def test_a_result_states_its_command(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(effects, "study", study)
     out = tmp_path / "effects.json"
     code, _ = run(monkeypatch, capsys, "effects", "--count", "3", "--busy", "--out", str(out))
-    found = json.loads(out.read_text(encoding="utf-8"))
-    assert (code, found["count"], found["command"]) == (0, 3, "python -m experiments effects --count 3")
+    result = json.loads(out.read_text(encoding="utf-8"))
+    assert (code, result["count"], result["command"]) == (0, 3, "python -m experiments effects --count 3")

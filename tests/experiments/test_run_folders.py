@@ -19,15 +19,15 @@ def model(folder, split=SPLIT):
 
 
 def test_moved_tables_keep_their_numbers(tmp_path):
-    folder, other = model(tmp_path / "M1-concat"), model(tmp_path / "M1-FiLM", SPLIT | {"train": [0]})
+    folder, second = model(tmp_path / "M1-concat"), model(tmp_path / "M1-FiLM", SPLIT | {"train": [0]})
     run = json.loads((folder / "run.json").read_text())
     del run["recipe"]
     (folder / "run.json").write_text(json.dumps(run))
     (folder / "recipe.toml").write_text("name = 'older'")
-    before = {path: read_table(path, "history") for path in (folder, other)}
+    before = {path: read_table(path, "history") for path in (folder, second)}
     move_tables(tmp_path)
     assert sorted(path.name for path in folder.iterdir()) == ["metrics.json", "run.json", "split.json"]
-    assert sorted(path.name for path in other.iterdir()) == ["metrics.json", "run.json"]
+    assert sorted(path.name for path in second.iterdir()) == ["metrics.json", "run.json"]
     for path, history in before.items():
         assert {name: column.tolist() for name, column in read_table(path, "history").items()} == {
             name: column.tolist() for name, column in history.items()

@@ -91,9 +91,9 @@ def cracks():
     point["protocol"] = {"tabor": 3.24, "peak_indentation": 80.0, "loading_rate": 1.3895, "dwell_time": 3.0}
     points = [{**point, "point": k, "crack_velocity": 1.0 * k, "own_crack_velocity": 1.1 * k} for k in range(1, 15)]
     summary = {
-        f"{name}_{part}_percent": percent
+        f"{name}_{statistic}_percent": percent
         for name in ("solver_against_theory", "solver_against_theory_at_own_velocity", "surrogate_against_theory")
-        for part, percent in (("median", 1.0), ("largest", 3.0))
+        for statistic, percent in (("median", 1.0), ("largest", 3.0))
     }
     summary |= {"extrapolation_percent": 1.25, "trained_up_to_tabor": 3.2}
     theory = {"crack_velocity": [0.1, 10.0], "effective_energy": [1.0, 5.0]}

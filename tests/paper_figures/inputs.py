@@ -10,8 +10,8 @@ from tests.processes import ROOT, ended
 @cache
 def inputs_of_all():
     """Paths from the root of the repository, by the name of the figure or table."""
-    words = ["-nB", "figures", "tables", "cost-figures", "-o", ".venv/.installed"]
-    lines = ended("make", "--no-print-directory", *words, cwd=ROOT, check=True).stdout
+    arguments = ["-nB", "figures", "tables", "cost-figures", "-o", ".venv/.installed"]
+    lines = ended("make", "--no-print-directory", *arguments, cwd=ROOT, check=True).stdout
     return {name: paths.split() for name, paths in re.findall(r"-m paper_figures (\S+) (.*?) --out", lines)}
 
 

@@ -38,41 +38,41 @@ def lab(color, eye="trichromat"):
     return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
 
 
-def distance(one, other):
+def distance(first, second):
     """The least distance of two colours in CIELAB to any of the eyes."""
-    return min(float(np.linalg.norm(lab(one, eye) - lab(other, eye))) for eye in EYES)
+    return min(float(np.linalg.norm(lab(first, eye) - lab(second, eye))) for eye in EYES)
 
 
 def texts(figure):
     """The texts that are drawn, without ticks beyond the axes."""
-    found, draw = [], Text.draw
+    texts, draw = [], Text.draw
 
-    def drawn(text, renderer, *rest, **named):
+    def drawn(text, renderer, *arguments, **named):
         if text.get_visible() and text.get_text().strip():
-            found.append(text)
-        return draw(text, renderer, *rest, **named)
+            texts.append(text)
+        return draw(text, renderer, *arguments, **named)
 
     with mock.patch.object(Text, "draw", drawn):
         figure.draw_without_rendering()
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(texts))
 
 
 def overlaps(figure, drawn, slack=1.0):
     """Pairs of texts whose boxes share more than `slack` pixels in both directions, and texts beyond the figure."""
     boxes = [(text.get_text(), Text.get_window_extent(text).padded(-slack)) for text in drawn]
-    found = [(one, other) for (one, a), (other, b) in combinations(boxes, 2) if a.overlaps(b)]
+    pairs = [(first, second) for (first, a), (second, b) in combinations(boxes, 2) if a.overlaps(b)]
     page = figure.bbox.padded(2 * slack)
-    return found + [
+    return pairs + [
         (text, "the edge") for text, box in boxes if not (page.contains(*box.min) and page.contains(*box.max))
     ]
 
 
 def colors(figure):
     """Colours that each legend of the figure tells apart, by their label."""
-    found = []
+    legends = []
     for legend in figure.findobj(Legend):
-        found.append({})
+        legends.append({})
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
             look = handle.get_color() if hasattr(handle, "get_color") else handle.get_facecolor()
-            found[-1][text.get_text()] = to_rgba(look[0] if np.ndim(look) == 2 else look)
-    return found
+            legends[-1][text.get_text()] = to_rgba(look[0] if np.ndim(look) == 2 else look)
+    return legends

@@ -11,14 +11,14 @@ HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2], "learnin
 
 def comparison(trained, by_recipe=()):
     """A comparison of these models; those `by_recipe` were trained by the paper's recipe too, with twice the error."""
-    one = {"median": 2.0}
+    stats = {"median": 2.0}
     models = {
         name: {
             "parameters": 1000 * (100 + rank),
             "mse": 1e-3 * (rank + 1),
             "mae": 1e-2 * (rank + 1),
             "dtw_rmse": 2e-2 * (rank + 1),
-            "test": {"nmae_percent": {"median": 0.7}, "pull_off_force_percent": one, "hysteresis_percent": one},
+            "test": {"nmae_percent": {"median": 0.7}, "pull_off_force_percent": stats, "hysteresis_percent": stats},
             "recipe": {"name": "swift"},
             "training_trajectories": 9960,
             "epochs": 3,
@@ -37,13 +37,13 @@ def comparison(trained, by_recipe=()):
     return {"models": models, **common, "comparison": {"ranking": list(trained)}, "by_paper_recipe": by_paper_recipe}
 
 
-def outdated(content, *names_):
+def outdated(compared, *names_):
     """The same comparison without these models, which are trained by another recipe."""
-    kept = {name: one for name, one in content["models"].items() if name not in names_}
+    kept = {name: model for name, model in compared["models"].items() if name not in names_}
     sentences = {name: f"{name} is left out: `make models` trains it again." for name in names_}
     ranking = {"ranking": list(kept)}
     differences = {name: ["recipe"] for name in names_}
-    return content | {"models": kept, "differences": differences, "outdated": sentences, "comparison": ranking}
+    return compared | {"models": kept, "differences": differences, "outdated": sentences, "comparison": ranking}
 
 
 def efficiency():
@@ -58,8 +58,8 @@ def ranking(seeds):
     """A ranking with so many seeds of each model, by name; each errs more than the one before."""
     metrics = ("test_mse", "test_mae", "test_dtw_rmse", "pull_off_percent", "hysteresis_percent", "validation_mse")
     models, spread = {}, {}
-    for place, (name, count) in enumerate(seeds.items()):
-        least = 5e-5 * (1.0 + place)
+    for rank, (name, count) in enumerate(seeds.items()):
+        least = 5e-5 * (1.0 + rank)
         values = [least * (1.0 + 0.2 * seed) for seed in range(count)]
         models[name] = [{"seed": seed, **dict.fromkeys(metrics, value)} for seed, value in enumerate(values)]
         middle = sorted(values)[count // 2]

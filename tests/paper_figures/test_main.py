@@ -18,8 +18,8 @@ FIGURES = [name for name, module in modules().items() if not module.startswith("
 def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
     text = caption(name, [tmp_path / "some.json"])
     assert text.startswith("# ")
-    for part in ("**Shown.** ", "**Data.** ", "**Different from the paper.** "):
-        assert len(text.split(part)[1].split("\n\n")[0]) > 20
+    for heading in ("**Shown.** ", "**Data.** ", "**Different from the paper.** "):
+        assert len(text.split(heading)[1].split("\n\n")[0]) > 20
     assert str(tmp_path / "some.json") in text
     assert f"`make {name}`" in text
 
@@ -37,8 +37,8 @@ def test_a_caption_belongs_beside_each_figure(tmp_path):
     assert {path.name for path in tables.iterdir()} == {"n.md", "n.csv", "n.tex"}
 
 
-def run(monkeypatch, *words):
-    monkeypatch.setattr("sys.argv", ["paper_figures", *map(str, words)])
+def run(monkeypatch, *arguments):
+    monkeypatch.setattr("sys.argv", ["paper_figures", *map(str, arguments)])
     with pytest.raises(SystemExit) as end:
         run_main(main)
     return end.value.code
@@ -51,13 +51,13 @@ def test_the_command_writes_the_caption(tmp_path, examples, monkeypatch):
     assert (tmp_path / "mine.md").read_text(encoding="utf-8") == caption("figure-3", [path])
 
 
-@pytest.mark.parametrize("words", [[], ["--leave-out"]])
-def test_a_figure_without_its_results(words, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("arguments", [[], ["--leave-out"]])
+def test_a_figure_without_its_results(arguments, tmp_path, monkeypatch, capsys):
     path = tmp_path / "studies" / "model_comparison.json"
-    status = run(monkeypatch, "figure-learning-curves", path, "--out", tmp_path / "a.pdf", *words)
-    said = capsys.readouterr()
-    assert (status, "model_comparison.json' not found" in said.out + said.err) == (0 if words else 2, True)
-    assert said.out.startswith("figure-learning-curves is left out: ") == bool(words)
+    status = run(monkeypatch, "figure-learning-curves", path, "--out", tmp_path / "a.pdf", *arguments)
+    output = capsys.readouterr()
+    assert (status, "model_comparison.json' not found" in output.out + output.err) == (0 if arguments else 2, True)
+    assert output.out.startswith("figure-learning-curves is left out: ") == bool(arguments)
 
 
 def test_an_unknown_figure_is_refused(tmp_path, monkeypatch, capsys):

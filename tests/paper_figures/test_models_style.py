@@ -33,7 +33,7 @@ def test_seeds_are_stated_once_if_all_models_have_the_same_number():
         return {"models": {name: [{}] * count for name, count in seeds.items()}}
 
     drawn = ["M1-concat", "M1-FiLM"]
-    same, other = (ranked(**{"M1-concat": 3, "M1-FiLM": count}) for count in (3, 0))
+    same, mixed = (ranked(**{"M1-concat": 3, "M1-FiLM": count}) for count in (3, 0))
     assert models_style.spread_line(same, drawn) == "median, least and largest of 3 seeds each"
-    assert models_style.spread_line(other, drawn) == "median, least and largest of 3 or 1 seeds each"
+    assert models_style.spread_line(mixed, drawn) == "median, least and largest of 3 or 1 seeds each"
     assert models_style.spread_line(ranked(**{"M1-concat": 1}), drawn) == ""

@@ -61,8 +61,8 @@ def check_figure(figure):
     assert printed.overlaps(figure, texts) == []
     # Colours that a legend tells apart differ for every eye.
     for named in printed.colors(figure):
-        pairs = [pair for pair in combinations(named, 2) if len({named[one] for one in pair}) == 2]
-        assert [pair for pair in pairs if printed.distance(*(named[one] for one in pair)) < APART] == []
+        pairs = [pair for pair in combinations(named, 2) if len({named[label] for label in pair}) == 2]
+        assert [pair for pair in pairs if printed.distance(*(named[label] for label in pair)) < APART] == []
 
 
 def test_every_tool_has_a_colour_of_its_own():

@@ -67,9 +67,9 @@ def test_every_tool_is_measured_and_missing_models_are_named(cost, trained):
     assert [tool["setting"] for tool in pretrained] == 2 * ["ONNX single", "ONNX batch"]
     assert all(tool["errors"]["pull_off_force"]["median"] < 0.1 for tool in pretrained)
     later = training_costs.study_amortisation(cost, DATASET, trained)
-    for found in (cost, later):
-        assert (found["outdated"], found["missing"][0], len(found["missing"])) == (["M2-concat"], "M1-FiLM", 16)
-    assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])
+    for study in (cost, later):
+        assert (study["outdated"], study["missing"][0], len(study["missing"])) == (["M2-concat"], "M1-FiLM", 16)
+    assert any(crossing["surrogate"] == "M1-concat, ONNX batch" for crossing in later["break_even"])
 
 
 def test_a_tool_is_judged_by_medians_against_its_own_protocols(monkeypatch):
@@ -87,8 +87,8 @@ def test_held_out_cases_are_those_of_the_data_set_and_the_call_is_timed_whole(da
     data = TrajectoryDataset.load(dataset)
     assert case.scene.tabor == data.protocols["tabor"][data.split(0).test[0]]
     assert tools.solver_at(0.05)(case).shape == (122,)
-    found = tools.answer_of(case, types.SimpleNamespace(completed=False))
-    assert np.isnan(found).all()
+    answer = tools.answer_of(case, types.SimpleNamespace(completed=False))
+    assert np.isnan(answer).all()
 
 
 def test_refined_answers_belong_to_their_solver_accuracy_and_cases(dataset, tmp_path, monkeypatch):
@@ -123,12 +123,12 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
     measured = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]
     measured.append({"model": "M1-gated", "setting": "M1-gated"} | common)
-    content = training_costs.study_amortisation({"tools": measured}, dataset, folder)
-    assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
-    (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
+    costs = training_costs.study_amortisation({"tools": measured}, dataset, folder)
+    assert [line["name"] for line in costs["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
+    (line,) = (line for line in costs["lines"] if line["kind"] == "surrogate")
     assert line["fixed_seconds"] == load_dataset(dataset).scalars["solver_seconds"].sum() + 120.0
-    assert content["retrained"] == ["M1-FiLM", "M1-gated"]
-    assert content["unmeasured"] == ["M2-concat"]
+    assert costs["retrained"] == ["M1-FiLM", "M1-gated"]
+    assert costs["unmeasured"] == ["M2-concat"]
 
 
 def test_a_loop_has_an_area_whichever_way_it_turns_and_a_batch_is_shared_out(monkeypatch):
@@ -179,9 +179,9 @@ def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
 
 
 def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
-    content = training_costs.study_amortisation(cost, dataset, tmp_path / "no models")
-    crossing = next(c for c in content["break_even"] if c["solver"] == "paper's solver")
-    paper = {line["name"]: line for line in content["lines"]}
+    costs = training_costs.study_amortisation(cost, dataset, tmp_path / "no models")
+    crossing = next(c for c in costs["break_even"] if c["solver"] == "paper's solver")
+    paper = {line["name"]: line for line in costs["lines"]}
     at = crossing["queries"]
     assert at * paper["paper's solver"]["query_seconds"] == pytest.approx(
         paper["paper's surrogate"]["fixed_seconds"] + at * paper["paper's surrogate"]["query_seconds"]

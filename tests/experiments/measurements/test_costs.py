@@ -13,5 +13,5 @@ def test_a_prescribed_force_is_met():
 
 
 def test_the_first_elastic_contact_costs_most():
-    found = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
-    assert limits.elastic_text(found).startswith("50 ms of processor time the first time, 0.5 ms afterwards")
+    seconds = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
+    assert limits.elastic_text(seconds).startswith("50 ms of processor time the first time, 0.5 ms afterwards")

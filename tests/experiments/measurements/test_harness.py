@@ -11,15 +11,15 @@ from experiments.measurements.statistics import force_error, spread
 
 
 def test_numbers_are_plain_and_spreads_and_errors_count_what_is_said():
-    content = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
-    assert json.dumps(plain(content), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
+    values = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
+    assert json.dumps(plain(values), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
     assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
     assert spread([])["count"] == 0
-    found = spread(range(101))
-    assert [found[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
+    quantiles = spread(range(101))
+    assert [quantiles[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
     exact = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 5.0]])
-    found = np.array([[0.5, 1.0, np.nan], [np.nan, np.nan, np.nan]])
-    np.testing.assert_allclose(force_error(found, exact), [0.125, np.nan])
+    forces = np.array([[0.5, 1.0, np.nan], [np.nan, np.nan, np.nan]])
+    np.testing.assert_allclose(force_error(forces, exact), [0.125, np.nan])
 
 
 def test_a_compilation_during_the_first_item_is_not_expected_of_the_others(monkeypatch, capsys):
@@ -68,9 +68,9 @@ def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path,
     harness.timed(lambda: work(clock, 1.0, 1.05), 3)
     harness.publish(out, "times", {"seconds": np.float64(1.0)}, busy=False)
     quiet = out.read_bytes()
-    found = json.loads(quiet)
-    assert (found["seconds"], found["command"]) == (1.0, "python -m experiments times")
-    assert found["processor_share"] == pytest.approx(1.0 / 1.05)
+    published = json.loads(quiet)
+    assert (published["seconds"], published["command"]) == (1.0, "python -m experiments times")
+    assert published["processor_share"] == pytest.approx(1.0 / 1.05)
     harness.timed(lambda: work(clock, 1.0, 2.0), 5)
     with pytest.raises(RuntimeError, match=r"too busy .* at least 90 % of the wall's; received 61 %; they are kept in"):
         harness.publish(out, "times", {"seconds": 2.0}, busy=False)
@@ -84,10 +84,10 @@ def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path,
 
 @pytest.mark.parametrize(("share", "runs"), [(0.6, 1), (0.4, 2)])
 def test_a_dear_tool_is_repeated_within_its_budget_only(share, runs, clock):
-    calls, each = [], share * harness.BUDGET
-    answers, seconds = harness.run(lambda case: calls.append(case) or work(clock, each, each) or [case], [7], 5, "dear")
+    calls, cost = [], share * harness.BUDGET
+    answers, seconds = harness.run(lambda case: calls.append(case) or work(clock, cost, cost) or [case], [7], 5, "dear")
     assert (len(seconds), len(calls)) == (runs, runs + 1)
-    assert (answers.tolist(), seconds.tolist()) == ([[7]], [[each]] * runs)
+    assert (answers.tolist(), seconds.tolist()) == ([[7]], [[cost]] * runs)
 
 
 def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
@@ -102,9 +102,9 @@ def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
 
 def test_only_a_measurement_may_hold_what_is_not_a_number_and_what_is_kept_is_not_computed_again(clock, tmp_path):
     harness.publish(tmp_path / "measurements" / "one.json", "one", {"a": np.nan}, busy=False)
-    found = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
-    assert found["a"] is None
-    assert "processor_share" not in found
+    published = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
+    assert published["a"] is None
+    assert "processor_share" not in published
     with pytest.raises(ValueError, match="not JSON compliant"):
         harness.publish(tmp_path / "studies" / "one.json", "one", {"a": np.nan}, busy=False)
     path = tmp_path / "folder" / "one.json"

@@ -35,13 +35,13 @@ def test_the_other_software_is_required(monkeypatch):
 def test_every_tool_finds_its_number(monkeypatch):
     for name, value in {"ACCURACIES": ("draft",), "NODES": (20,), "STEPS": 20, "REPEATS": 1}.items():
         monkeypatch.setattr(peers, name, value)
-    ours = [one for one in peers.runs(32) if one.tool not in ("Adhesion", "tamaas")]
+    ours = [run for run in peers.runs(32) if run.tool not in ("Adhesion", "tamaas")]
     exact = {"tabor 1": 1.67066, "tabor 3": 1.55096, "Hertz": 1.0}
-    found = {(one.problem, one.tool, one.setting): peers.measured(one, exact[one.problem]) for one in ours}
-    assert found["tabor 3", "closed form", "JKR"]["error"] == pytest.approx(1.0 - 1.5 / 1.55096)
-    assert found["tabor 1", "solver", "draft"]["error"] < 0.02
-    assert found["Hertz", "solver", "draft"]["error"] < 1e-3
-    assert found["tabor 1", "paper's discretisation", "20 nodes"]["error"] < 0.1
+    results = {(run.problem, run.tool, run.setting): peers.measured(run, exact[run.problem]) for run in ours}
+    assert results["tabor 3", "closed form", "JKR"]["error"] == pytest.approx(1.0 - 1.5 / 1.55096)
+    assert results["tabor 1", "solver", "draft"]["error"] < 0.02
+    assert results["Hertz", "solver", "draft"]["error"] < 1e-3
+    assert results["tabor 1", "paper's discretisation", "20 nodes"]["error"] < 0.1
 
 
 def test_adhesion_on_a_coarse_grid():

@@ -29,53 +29,53 @@ def changed(data, **scalars):
 def test_resolution_floor_is_what_the_steps_alone_cost(data):
     unloading, times = data.force[:, 69:].astype(np.float64), data.grid()[0][:, 69:]
     time = 2.0 * times[np.arange(60), unloading.argmax(axis=1)]
-    other = changed(data, pull_off_force=unloading.max(axis=1) / 0.75, pull_off_time=time)
-    floor = dataset_statistics.resolution_floor(other)
+    shifted = changed(data, pull_off_force=unloading.max(axis=1) / 0.75, pull_off_time=time)
+    floor = dataset_statistics.resolution_floor(shifted)
     np.testing.assert_allclose(floor["pull_off_force"], 0.25)
     np.testing.assert_allclose(floor["pull_off_time"], 0.5)
 
 
 def test_statistics_name_the_file_and_percentiles_are_those_of_their_names(dataset, data):
-    found = dataset_statistics.study(dataset)
-    assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
-    assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
-    assert found["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
-    whole = data.attributes["wall_seconds"] * data.attributes["workers"]
-    assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
-    assert found["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
-    assert found["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / whole)
-    found = dataset_statistics.percentiles(np.arange(101.0))
-    assert found == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
+    study = dataset_statistics.study(dataset)
+    assert (study["trajectories"], study["completed"], study["distinct_protocols"]) == (60, 60, 60)
+    assert study["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
+    assert study["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
+    core_seconds = data.attributes["wall_seconds"] * data.attributes["workers"]
+    assert study["run_over_solver"] == pytest.approx(core_seconds / (60 * 1e-3))
+    assert study["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
+    assert study["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / core_seconds)
+    percentiles = dataset_statistics.percentiles(np.arange(101.0))
+    assert percentiles == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
 def test_what_ends_above_the_far_field_is_still_attached(data):
     alone = dmt.rigid_force_from_indentation(default_start_indentation(data.protocols["tabor"]))
-    other = changed(data, end_force=np.where(FIRST, 4.1, 3.9) * alone)
-    assert dataset_statistics.still_attached(other).tolist() == FIRST.tolist()
-    assert dataset_statistics.statistics(other)["still_attached"] == 0.25
+    ending = changed(data, end_force=np.where(FIRST, 4.1, 3.9) * alone)
+    assert dataset_statistics.still_attached(ending).tolist() == FIRST.tolist()
+    assert dataset_statistics.statistics(ending)["still_attached"] == 0.25
 
 
 def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, data, monkeypatch):
     end = np.where(FIRST, np.nan, data.scalars["pull_off_force"])
     status = np.where(FIRST, FAILED, COMPLETED)
-    other = changed(data, status=status, jump_count=FIRST.astype(int), end_force=end)
-    assert dataset_statistics.statistics(other)["with_jumps"] == 0.0
-    monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: other)
+    failed = changed(data, status=status, jump_count=FIRST.astype(int), end_force=end)
+    assert dataset_statistics.statistics(failed)["with_jumps"] == 0.0
+    monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: failed)
     assert list(inconsistencies.end_force(dataset).values()) == [1.0]
 
 
 def test_what_is_never_compressed_has_no_force_ratio(data):
     compression = np.where(np.arange(60) < 7, 0.25, data.scalars["max_compression"])
-    other = changed(data, max_compression=compression)
-    before, found = (dataset_statistics.statistics(one)["never_compressed"] for one in (data, other))
-    assert found == before + 7
+    uncompressed = changed(data, max_compression=compression)
+    before, after = (dataset_statistics.statistics(dataset)["never_compressed"] for dataset in (data, uncompressed))
+    assert after == before + 7
     expected = data.scalars["pull_off_force"][7:] / -compression[7:]
-    np.testing.assert_array_equal(dataset_statistics.force_ratio(other), expected[compression[7:] < 0.0])
+    np.testing.assert_array_equal(dataset_statistics.force_ratio(uncompressed), expected[compression[7:] < 0.0])
 
 
 def test_the_report_is_of_the_published_data_set(tmp_path):
-    content = dataset_statistics.study(ROOT / "published" / "dataset.h5")
-    write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", content)
+    study = dataset_statistics.study(ROOT / "published" / "dataset.h5")
+    write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", study)
     results = Results(tmp_path, ROOT / "published")
     claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset_statistics:")]
     claims = [claim for claim in claims if claim["group"] != "Training"]
@@ -87,13 +87,13 @@ def test_the_report_is_of_the_published_data_set(tmp_path):
 
 def test_example_of_the_real_solver():
     quantities = dataset_examples.MAPPING | {"peak_indentation": 3.0}
-    found = dataset_examples.example("x", quantities, "draft")
-    assert len(found["steps"]["force"]) == 120
-    assert found["phase_times"][3] == found["steps"]["time"][-1]
+    example = dataset_examples.example("x", quantities, "draft")
+    assert len(example["steps"]["force"]) == 120
+    assert example["phase_times"][3] == example["steps"]["time"][-1]
     for quantity in ("indentation", "force"):
-        assert found["steps"][quantity][[0, -1]] == pytest.approx(found["native"][quantity][[0, -1]])
-    assert found["results"]["pull_off_force"] == max(
+        assert example["steps"][quantity][[0, -1]] == pytest.approx(example["native"][quantity][[0, -1]])
+    assert example["results"]["pull_off_force"] == max(
         force
-        for time, force in zip(found["native"]["time"], found["native"]["force"], strict=True)
-        if time >= found["phase_times"][2]
+        for time, force in zip(example["native"]["time"], example["native"]["force"], strict=True)
+        if time >= example["phase_times"][2]
     )

@@ -31,11 +31,11 @@ def test_quartiles_are_ranked_by_mse_and_equally_large():
     mse = np.array([5.0, 1.0, 2.0, 8.0, 3.0, 7.0, 4.0, 6.0])
     assert error_statistics.quartile_of(mse).tolist() == [2, 0, 0, 3, 1, 3, 1, 2]
     errors = {name: np.arange(1.0, 9.0) for name in COLUMNS}
-    found = error_statistics.statistics(errors)
-    assert found["quartiles"]["Q1"]["count"] == 2
-    assert found["quartiles"]["Q1"]["mse"] == pytest.approx({"mean": 1.5, "sd": np.std([1.0, 2.0], ddof=1)})
-    assert found["overall"]["hysteresis_percent"]["median"] == 4.5
-    assert found["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
+    statistics = error_statistics.statistics(errors)
+    assert statistics["quartiles"]["Q1"]["count"] == 2
+    assert statistics["quartiles"]["Q1"]["mse"] == pytest.approx({"mean": 1.5, "sd": np.std([1.0, 2.0], ddof=1)})
+    assert statistics["overall"]["hysteresis_percent"]["median"] == 4.5
+    assert statistics["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
 
 
 def write_errors(folder, rows):
@@ -48,8 +48,8 @@ def write_errors(folder, rows):
 @pytest.mark.parametrize(("ended_by", "median"), [("recipe", 1.25), ("--epochs", None)])
 def test_errors_are_read_from_a_model_directory(ended_by, median, tmp_path, dataset):
     write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
-    found = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
-    assert (found["trajectories"], found["by_paper_recipe"]) == (8, None)
+    study = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
+    assert (study["trajectories"], study["by_paper_recipe"]) == (8, None)
     settings = {"split": SPLIT | {"test": list(range(8, 16))}, "ended_by": ended_by}
     write_errors(write_model(tmp_path / "M1-concat-paper", 1.0, **settings), range(8, 16))
     again = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
@@ -77,8 +77,8 @@ def test_the_best_number_of_steps_errs_least(monkeypatch):
     monkeypatch.setattr(fms_transfer, "errors_on_grid", lambda total, *_: errors[total])
     sample = {"predictions": {"100": {"mse": 1.0}, "120": {"mse": 2.0}}}
     monkeypatch.setattr(fms_transfer, "sample_transfer", lambda *_: sample)
-    found = fms_transfer.study({"model": "M1-concat", "steps": [100, 120], "sample": 8}, None, None)["summary"]
-    assert found == {"best_for_the_sample": "100", "best_for_the_test_set": "120"}
+    summary = fms_transfer.study({"model": "M1-concat", "steps": [100, 120], "sample": 8}, None, None)["summary"]
+    assert summary == {"best_for_the_sample": "100", "best_for_the_test_set": "120"}
 
 
 def test_what_is_missing_names_the_command(tmp_path, dataset):
@@ -91,13 +91,13 @@ def test_what_is_missing_names_the_command(tmp_path, dataset):
 def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, dataset):
     write_model(tmp_path / "M1-concat", 2.0)
     write_model(tmp_path / "M1-gated", 1.0)
-    found = model_comparison.study(tmp_path, dataset)
-    assert len(found["missing"]) == 16
-    assert found["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
-    assert found["comparison"]["best"] is None
-    assert found["comparison"]["best_conditioning"]["M1"] is None
-    assert found["models"]["M1-concat"]["core_seconds"] == 120.0
-    assert found["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
+    study = model_comparison.study(tmp_path, dataset)
+    assert len(study["missing"]) == 16
+    assert study["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
+    assert study["comparison"]["best"] is None
+    assert study["comparison"]["best_conditioning"]["M1"] is None
+    assert study["models"]["M1-concat"]["core_seconds"] == 120.0
+    assert study["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
 
 
 @pytest.mark.parametrize(
@@ -111,20 +111,20 @@ def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, datas
 def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, dataset):
     for name, mse in errors.items():
         write_model(tmp_path / name, mse + 0.01 * (not name.endswith(conditioning)))
-    found = model_comparison.study(tmp_path, dataset)["comparison"]
-    assert (found["best"], found["second_family"]) == (best, second)
-    assert set(found["best_conditioning"].values()) == {conditioning}
+    comparison = model_comparison.study(tmp_path, dataset)["comparison"]
+    assert (comparison["best"], comparison["second_family"]) == (best, second)
+    assert set(comparison["best_conditioning"].values()) == {conditioning}
 
 
 def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path, dataset):
-    others = {
+    different = {
         "M1-FiLM": ("recipe", {"recipe": {"name": "other"}}),
         "M1-gated": ("split", {"split": SPLIT | {"test": [0, 1]}}),
         "M2-concat": ("data set", {"dataset_sha256": "of others"}),
         "M1-concat-8-epochs": ("test part", {"split": SPLIT | {"test": [1]}}),
         "M1-concat-large": ("data set", {"dataset_sha256": "of others"}),
     }
-    for name, (_, settings) in others.items():
+    for name, (_, settings) in different.items():
         write_model(tmp_path / name, 0.1, **settings)
     write_model(tmp_path / "M1-concat", 1.0)
     # Another backend is no other training, as little as another seed is.
@@ -132,14 +132,14 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
     # On purpose.
     write_model(tmp_path / "M1-concat-more", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
     write_model(tmp_path / "M1-concat-paper", 0.1, recipe={"name": "paper"})
-    found = model_comparison.study(tmp_path, dataset)
-    assert (found["comparison"]["ranking"], len(found["missing"])) == (["M2-FiLM", "M1-concat"], 13)
-    assert list(found["beside"]) == ["M1-concat-more", "M1-concat-paper"]
-    assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
-    sentences = found["outdated"]
-    words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in sentences.items()}
-    assert words == {name: word for name, (word, _) in others.items()}
-    assert found["differences"] == {name: [word] for name, word in words.items()}
+    study = model_comparison.study(tmp_path, dataset)
+    assert (study["comparison"]["ranking"], len(study["missing"])) == (["M2-FiLM", "M1-concat"], 13)
+    assert list(study["beside"]) == ["M1-concat-more", "M1-concat-paper"]
+    assert study["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
+    sentences = study["outdated"]
+    reasons = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in sentences.items()}
+    assert reasons == {name: word for name, (word, _) in different.items()}
+    assert study["differences"] == {name: [word] for name, word in reasons.items()}
     assert sentences["M1-FiLM"].endswith("M1-FiLM' and train it again.")
     remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it again."
     assert sentences["M1-concat-large"].endswith(remove)
@@ -153,54 +153,54 @@ def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
     beside |= {
         f"M1-concat-inputs-{name}-paper": one(mse, 1.0) for name, mse in zip("ABC", (9e-4, 3e-4, 2e-4), strict=True)
     }
-    hours = {name: float(one["epochs"]) for name, one in beside.items()}
-    found = model_comparison.by_paper_recipe(beside, hours)
-    assert (found["longest_training"], found["longest_training_hours"], found["most_epochs"]) == ("M6-gated", 18.0, 18)
-    assert found["mse"]["features-D"] == found["mse"]["M1-concat"] == 1e-4
-    assert found["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
-    assert found["all_improve_over_a"] is True
+    hours = {name: float(training["epochs"]) for name, training in beside.items()}
+    paper = model_comparison.by_paper_recipe(beside, hours)
+    assert (paper["longest_training"], paper["longest_training_hours"], paper["most_epochs"]) == ("M6-gated", 18.0, 18)
+    assert paper["mse"]["features-D"] == paper["mse"]["M1-concat"] == 1e-4
+    assert paper["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
+    assert paper["all_improve_over_a"] is True
 
     on_a_gpu = hours | {"M2-FiLM-paper": None}
     assert model_comparison.by_paper_recipe(beside, on_a_gpu)["longest_training"] is None
 
     beside["M6-gated-paper"]["ended_by"] = "--epochs"  # cut short, so that it is none
     beside["M1-concat-inputs-B-paper"] = one(1e-3, 1.0)
-    found = model_comparison.by_paper_recipe(beside, hours)
-    assert (found["longest_training"], found["most_epochs"], found["all_improve_over_a"]) == (None, None, False)
+    paper = model_comparison.by_paper_recipe(beside, hours)
+    assert (paper["longest_training"], paper["most_epochs"], paper["all_improve_over_a"]) == (None, None, False)
     del beside["M1-concat-inputs-B-paper"]
-    found = model_comparison.by_paper_recipe(beside, hours)
-    assert len(found["trained"]) == 17
-    assert found["all_improve_over_a"] is None
+    paper = model_comparison.by_paper_recipe(beside, hours)
+    assert len(paper["trained"]) == 17
+    assert paper["all_improve_over_a"] is None
 
 
 def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     for name in names():
         write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
-    found = model_comparison.study(tmp_path, dataset)
-    assert list(found["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
-    assert (len(found["models"]), found["expected"], found["missing"]) == (18, 18, [])
-    assert found["comparison"]["best"] != "M7-concat"
+    study = model_comparison.study(tmp_path, dataset)
+    assert list(study["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
+    assert (len(study["models"]), study["expected"], study["missing"]) == (18, 18, [])
+    assert study["comparison"]["best"] != "M7-concat"
 
 
 def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
     config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"], "physical": ["D"]}
-    found = feature_variants(config, Path("p"))
-    assert list(found) == [("sets", "A"), ("sets", "D"), ("physical", "D")]
-    assert found["sets", "A"].features == "A"
-    commands = [one.command(dataset="d", work=Path("work")) for one in found.values()]
+    variants = feature_variants(config, Path("p"))
+    assert list(variants) == [("sets", "A"), ("sets", "D"), ("physical", "D")]
+    assert variants["sets", "A"].features == "A"
+    commands = [variant.command(dataset="d", work=Path("work")) for variant in variants.values()]
     assert commands[0][:2] == ["train", "M1-concat"]
-    assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
-    assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
+    assert [command[command.index("--dataset") + 1] for command in commands] == ["d", "d", "p"]
+    assert {(v.recipe, v.fraction, v.epochs) for v in variants.values()} == {("swift", 1.0, 0)}
     config = common.read_config(common.CONFIGS / "data_efficiency.toml")
-    found = shares(config)
-    assert len(found) == 36
-    assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
-    assert found[50, 4].fraction == 0.5
-    assert next(iter(found.values())).fraction == 1.0
+    variants = shares(config)
+    assert len(variants) == 36
+    assert {percent for percent, _ in variants} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
+    assert variants[50, 4].fraction == 0.5
+    assert next(iter(variants.values())).fraction == 1.0
     folds = [{"mse": mse, "training_trajectories": 8} for mse in (1.0, 3.0)]
     assert share(50, folds)["mse_sd"] == pytest.approx(np.sqrt(2.0))
-    assert len({variant.label for variant in found.values()}) == 36
+    assert len({variant.label for variant in variants.values()}) == 36
     # The largest share is trained as long as the whole, and smaller ones longer.
     assert config["epochs"][0] == config["whole_epochs"]
     assert config["epochs"] == sorted(config["epochs"])

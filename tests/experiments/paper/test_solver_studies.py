@@ -20,16 +20,16 @@ from experiments.paper_numbers import paper_rows
 
 
 def test_the_settings_are_the_papers_own(monkeypatch):
-    found = adopted_settings.recipe()
-    assert (found["batch_size"], found["learning_rate"], found["stop_after"]) == (8, 1e-4, 30)
-    assert "plateau" not in found
-    found = adopted_settings.crack_protocol()
-    assert found["tabor"] == 3.24
-    assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
-    assert found["radius_over_gap"] == 100.0
+    recipe = adopted_settings.recipe()
+    assert (recipe["batch_size"], recipe["learning_rate"], recipe["stop_after"]) == (8, 1e-4, 30)
+    assert "plateau" not in recipe
+    protocol = adopted_settings.crack_protocol()
+    assert protocol["tabor"] == 3.24
+    assert protocol["alpha"] == pytest.approx(0.349066, rel=1e-5)
+    assert protocol["radius_over_gap"] == 100.0
     monkeypatch.setattr(adopted_settings, "layers", dict)
-    found = adopted_settings.study(read_config(CONFIGS / "feature_sets.toml"))["closed_forms"]
-    assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
+    forms = adopted_settings.study(read_config(CONFIGS / "feature_sets.toml"))["closed_forms"]
+    assert forms == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
     rows = [dict.fromkeys(adopted_settings.QUANTITIES, value) for value in (1.0, 2.0)]
     monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
     with pytest.raises(ValueError, match="differ in the unloading rate alone"):
@@ -47,10 +47,10 @@ def test_measured_seconds_are_the_processors(tmp_path, monkeypatch):
     monkeypatch.setattr(canonical_times.tools, "ways_to_call", lambda *_: (ways, {}))
     monkeypatch.setattr(canonical_times, "paper_rows", lambda name: paper_rows(name)[:2])
     config = {"model": "any", "modulus_ratio": 0.1, "accuracy": "draft", "repetitions": 3, "batch": 2}
-    found = canonical_times.study(config, tmp_path)
-    one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
-    assert found["seconds"] == {"1": one, "2": one}
-    assert found["config"]["batch"] == 2
+    times = canonical_times.study(config, tmp_path)
+    seconds = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
+    assert times["seconds"] == {"1": seconds, "2": seconds}
+    assert times["config"]["batch"] == 2
 
 
 def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
@@ -58,27 +58,27 @@ def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
     monkeypatch.setattr(canonical_regimes, "paper_rows", lambda name: paper_rows(name)[:2])
     config = read_config(CONFIGS / "canonical_regimes.toml") | {"accuracy": "draft"}
     times = read_result(TIMES) | {"seconds": dict.fromkeys("12", dict.fromkeys(WAYS, 0.01))}
-    found = canonical_regimes.study(config, MODELS, times)
+    study = canonical_regimes.study(config, MODELS, times)
     hands = iter(np.cumsum(np.arange(10_000.0) ** 2).tolist())
     for name in ("perf_counter", "process_time", "monotonic"):
         monkeypatch.setattr(time, name, lambda: next(hands))
     again = canonical_regimes.study(config, MODELS, times)
-    assert json.dumps(again, default=np.ndarray.tolist) == json.dumps(found, default=np.ndarray.tolist)
-    assert found["summary"]["median_keras_call_seconds"] == 0.01
+    assert json.dumps(again, default=np.ndarray.tolist) == json.dumps(study, default=np.ndarray.tolist)
+    assert study["summary"]["median_keras_call_seconds"] == 0.01
     row = paper_rows("canonical_protocols")[0]
     theirs = {"solver": row["bem_seconds"], "surrogate": row["surrogate_seconds"]}
-    assert found["regimes"][0]["paper_seconds"] == theirs
+    assert study["regimes"][0]["paper_seconds"] == theirs
 
 
 def test_published_seconds_cover_all_protocols_and_are_summed_up_by_medians(tmp_path):
     regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}} for seconds in (0.1, 1.0, 100.0)]
-    found = canonical_regimes.summary(regimes)
-    assert (found["median_solver_seconds"], found["orders_of_magnitude"]) == pytest.approx((1, 1))
+    summary = canonical_regimes.summary(regimes)
+    assert (summary["median_solver_seconds"], summary["orders_of_magnitude"]) == pytest.approx((1, 1))
     with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
         read_result(tmp_path / "measurements" / "canonical_times.json")
-    found = read_result(TIMES)
-    assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
-    assert all(set(one) == set(WAYS) for one in found["seconds"].values())
+    times = read_result(TIMES)
+    assert list(times["seconds"]) == [str(number) for number in range(1, 13)]
+    assert all(set(ways) == set(WAYS) for ways in times["seconds"].values())
 
 
 def test_edge_velocity_of_a_known_history():
@@ -98,9 +98,9 @@ def test_lengths_agree_with_the_papers_and_deviations_are_summed_up():
     beta_over_gap = np.sqrt(3.24 * 100.0)
     assert theory.length_scale(3.24) == pytest.approx(4.252, rel=1e-3)
     assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
-    found = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
-    assert found["solver_against_theory_median_percent"] == pytest.approx(10.0)
-    assert found["solver_against_theory_largest_percent"] == pytest.approx(300.0)
+    summary = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
+    assert summary["solver_against_theory_median_percent"] == pytest.approx(10.0)
+    assert summary["solver_against_theory_largest_percent"] == pytest.approx(300.0)
 
 
 @pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
@@ -108,8 +108,8 @@ def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_
     trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
     monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
     monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
-    found = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
-    assert found["extrapolation_percent"] == pytest.approx(beyond)
+    summary = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
+    assert summary["extrapolation_percent"] == pytest.approx(beyond)
 
 
 POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
@@ -125,7 +125,7 @@ def test_solver_follows_theory_and_the_table_of_crack_velocities():
 
 
 @pytest.mark.parametrize(
-    ("name", "what", "value"),
+    ("name", "quantity", "value"),
     [
         ("start-force", "force at the start, mu = 0.2", 1.5063),
         ("influence-scaling", "exact", 12.0),
@@ -139,13 +139,13 @@ def test_solver_follows_theory_and_the_table_of_crack_velocities():
         ("longest-pull-off-time", "duration of the slowest loading", 1068.6),
     ],
 )
-def test_slips_come_to(name, what, value):
-    assert SLIPS[name]()[what] == pytest.approx(value, rel=1e-3)
+def test_slips_come_to(name, quantity, value):
+    assert SLIPS[name]()[quantity] == pytest.approx(value, rel=1e-3)
 
 
 def test_the_papers_history_sum_is_of_first_order_ours_of_second():
-    found = SLIPS["history-sum"]()
+    errors = SLIPS["history-sum"]()
     for reading in ("appendix's sum", "increments at the ends of steps"):
-        assert found[f"{reading}, step 0.1"] / found[f"{reading}, step 0.05"] == pytest.approx(2.0, rel=0.1)
-    ours = [found[f"linear traction in each step, step {step}"] for step in (0.1, 0.05)]
+        assert errors[f"{reading}, step 0.1"] / errors[f"{reading}, step 0.05"] == pytest.approx(2.0, rel=0.1)
+    ours = [errors[f"linear traction in each step, step {step}"] for step in (0.1, 0.05)]
     assert ours[0] / ours[1] == pytest.approx(4.0, rel=0.1)

@@ -27,19 +27,19 @@ def test_extremes():
         if isinstance(protocol, LoadingProtocol):
             assert protocol.peak_indentation > protocol.start(scene.tabor)
     assert hard_case_map.creeping(3.2, 0.05, 1.0).indentations[3] == jkr.fold_indentation(3.2) + 0.05
-    found = hard_case_map.extreme("jumps", *named["snap-in and snap-off, elastic"])
-    assert (found["status"], found["refined_status"], found["jumps"]) == ("completed", "completed", 2)
-    assert found["energy"] > 0.0
-    assert found["change"] < 4e-3
-    assert set(found["coarse"]) == {"draft", "0.05"}
-    assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())
+    row = hard_case_map.extreme("jumps", *named["snap-in and snap-off, elastic"])
+    assert (row["status"], row["refined_status"], row["jumps"]) == ("completed", "completed", 2)
+    assert row["energy"] > 0.0
+    assert row["change"] < 4e-3
+    assert set(row["coarse"]) == {"draft", "0.05"}
+    assert all(run["status"] == "completed" and run["change"] < 0.5 for run in row["coarse"].values())
 
 
 def test_random_protocols_and_a_contact_without_a_pull_off_force():
     case = Case.of(rows_of(drawn("inside", 1, 3, "sobol"))[0])
     assert hard_case_map.compared(case.scene, case.protocol)["status"] == "completed"
-    found = hard_case_map.extreme("stiff glass", *hard_case_map.extremes()["stiff glass without adhesion"])
-    assert found["change"] == found["coarse"]["draft"]["change"] == 0.0
+    row = hard_case_map.extreme("stiff glass", *hard_case_map.extremes()["stiff glass without adhesion"])
+    assert row["change"] == row["coarse"]["draft"]["change"] == 0.0
     assert relative_change(1.0, 0.0) == np.inf
     assert relative_change(1.02, 1.0) == pytest.approx(0.02)
 
@@ -52,9 +52,9 @@ def test_scenes_lie_in_their_classes_and_a_simple_one_hardly_changes_under_refin
     by_force = next(row for row in rows if row["device"] == "force")
     assert isinstance(random_scenes.case(by_force)[1], ForceProtocol)
     row = {"device": "stage", "tabor": 10.0, "rate": 0.1, "depth": 0.5, "spring": 1.0, "modulus_ratio": 1.0}
-    found = random_scenes.solved(row, refine=True)
-    assert found["status"].startswith("completed")
-    assert found["change"] < 0.02
+    row_solved = random_scenes.solved(row, refine=True)
+    assert row_solved["status"].startswith("completed")
+    assert row_solved["change"] < 0.02
 
 
 PEAK = np.sin(np.linspace(0.0, 3.0, 40))
@@ -87,14 +87,14 @@ def test_lone_spikes_are_seen_and_peaks_and_jumps_are_none(force, scale, shares)
 
 def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
     monkeypatch.setattr(random_scenes, "CHUNK", 6)
-    content = soaked(48, 12, tmp_path, stiff=6)
-    inside, beyond = content["inside"], content["beyond"]
+    soak = soaked(48, 12, tmp_path, stiff=6)
+    inside, beyond = soak["inside"], soak["beyond"]
     assert beyond["memory_growth"] is None  # too few chunks to say
     assert inside["memory_growth"] < 0.2
     for where in ("inside", "beyond", "stiff"):
-        found = content[where]
-        assert found["raised"] == found["silent"] == 0
-        assert found["statuses"] == {"completed": found["protocols"]}
+        chunk = soak[where]
+        assert chunk["raised"] == chunk["silent"] == 0
+        assert chunk["statuses"] == {"completed": chunk["protocols"]}
     monkeypatch.setattr(random_scenes, "soaked", None)
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
@@ -124,16 +124,16 @@ def test_soak_sees_exceptions(monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr(Case, "run", broken)
-    found = random_scenes.soaked(rows_of(drawn("inside", 1, 0))[0])
-    assert found["raised"]
-    assert found["status"] == "ZeroDivisionError: division by zero"
+    row = random_scenes.soaked(rows_of(drawn("inside", 1, 0))[0])
+    assert row["raised"]
+    assert row["status"] == "ZeroDivisionError: division by zero"
 
 
 @pytest.mark.slow
 def test_one_percent_of_the_soak(tmp_path, monkeypatch):
     monkeypatch.setattr(random_scenes, "CHUNK", 25)
-    content = soaked(1000, 200, tmp_path)
+    soak = soaked(1000, 200, tmp_path)
     for where in ("inside", "beyond"):
-        assert content[where]["statuses"] == {"completed": content[where]["protocols"]}
-        assert content[where]["silent"] == 0
-        assert content[where]["memory_growth"] < 0.05
+        assert soak[where]["statuses"] == {"completed": soak[where]["protocols"]}
+        assert soak[where]["silent"] == 0
+        assert soak[where]["memory_growth"] < 0.05

@@ -35,20 +35,20 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
         raise lab_coverage.FitError("the fit did not converge")
 
     monkeypatch.setattr(lab_coverage, "fit", fails)
-    found = lab_coverage.study(curves=1, cases=1, folder=tmp_path)
-    for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
-        assert (found[kind]["cases"], found[kind]["fitted"], found[kind]["right"]) == (1, 0, 0)
-        assert found[kind]["results"][0]["failure"] == "the fit did not converge"
-    assert "| hertz | 0 of 1 |" in lab_coverage.page_text(found)
+    study = lab_coverage.study(curves=1, cases=1, folder=tmp_path)
+    for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
+        assert (study[group]["cases"], study[group]["fitted"], study[group]["right"]) == (1, 0, 0)
+        assert study[group]["results"][0]["failure"] == "the fit did not converge"
+    assert "| hertz | 0 of 1 |" in lab_coverage.page_text(study)
 
 
 @pytest.mark.slow
 def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
     settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}
     first = lab_coverage.study(**settings)
-    for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
-        assert first[kind]["fitted"] == first[kind]["right"] == 1
-        inside = first[kind]["results"][0]["inside"].values()
+    for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
+        assert first[group]["fitted"] == first[group]["right"] == 1
+        inside = first[group]["results"][0]["inside"].values()
         assert sum(inside) >= len(inside) - 1
     assert lab_coverage.page_text(first).count("|") > 40
     # The same command reads what it has; another seed computes.

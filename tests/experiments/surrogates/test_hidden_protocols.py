@@ -26,8 +26,8 @@ def draft(monkeypatch):
 
 
 def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
-    one, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
-    assert set(one.quantities["modulus_ratio"]) == {0.1}
+    single, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
+    assert set(single.quantities["modulus_ratio"]) == {0.1}
     assert len(set(several.quantities["modulus_ratio"])) == 3
     assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
     corners = CORNERS(0.1).quantities
@@ -38,12 +38,12 @@ def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
 
 
 def test_the_floor_of_both_kinds_of_steps():
-    content = measurement_steps.study_measurement_floor(count=6)
-    floors = [content["kinds"][kind]["pull_off"]["p90"] for kind in ("uniform", "physical")]
+    floor_study = measurement_steps.study_measurement_floor(count=6)
+    floors = [floor_study["kinds"][steps_name]["pull_off"]["p90"] for steps_name in ("uniform", "physical")]
     assert all(floor >= 0.0 for floor in floors)
-    assert len(content["kinds"]["physical"]["pull_off_errors"]) == 6
-    steps = content["example"]["steps"]
-    peak = max(content["example"]["force"])
+    assert len(floor_study["kinds"]["physical"]["pull_off_errors"]) == 6
+    steps = floor_study["example"]["steps"]
+    peak = max(floor_study["example"]["force"])
     assert max(steps["uniform"]["force"]) < 0.8 * peak < 0.95 * peak < max(steps["physical"]["force"])
 
 
@@ -71,20 +71,20 @@ class Answer:
 
 def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch, capsys):
     monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
-    content = errors_by_place.study(count=4, corner=1, seed=3)["models"]
+    models = errors_by_place.study(count=4, corner=1, seed=3)["models"]
     printed = [[cell.strip() for cell in line.split("\u2502")[1:4]] for line in capsys.readouterr().out.splitlines()]
     assert ["worst of 64 corners", "1", "1 1 1"] in printed
-    assert list(content["M1-concat"]) == ["paper", "vertices"]
-    for place in ("paper", "box"):
-        found = content["fast"][place]
-        np.testing.assert_allclose(found["pull_off"], 1.0, rtol=1e-9)
-        np.testing.assert_allclose(found["hysteresis"], 0.0, atol=1e-9)
-        assert [found[f"inside/{name}"] for name in errors_by_place.RESULTS] == [1.0, 0.0, 1.0]
-        assert 0.9 < found["inside/force"] < found["inside/curve"] == 1.0
-        np.testing.assert_allclose(found["width/pull_off"], 50.5, rtol=1e-9)
-    assert content["M1-concat"]["paper"] == {"count": 4, **{key: found[key] for key in ("pull_off", "hysteresis")}}
-    assert sum(one["count"] for one in content["fast"]["corners"]) == 64
-    assert content["fast"]["vertices"]["count"] == 1
+    assert list(models["M1-concat"]) == ["paper", "vertices"]
+    for region in ("paper", "box"):
+        errors = models["fast"][region]
+        np.testing.assert_allclose(errors["pull_off"], 1.0, rtol=1e-9)
+        np.testing.assert_allclose(errors["hysteresis"], 0.0, atol=1e-9)
+        assert [errors[f"inside/{name}"] for name in errors_by_place.RESULTS] == [1.0, 0.0, 1.0]
+        assert 0.9 < errors["inside/force"] < errors["inside/curve"] == 1.0
+        np.testing.assert_allclose(errors["width/pull_off"], 50.5, rtol=1e-9)
+    assert models["M1-concat"]["paper"] == {"count": 4, **{key: errors[key] for key in ("pull_off", "hysteresis")}}
+    assert sum(corner["count"] for corner in models["fast"]["corners"]) == 64
+    assert models["fast"]["vertices"]["count"] == 1
 
 
 def test_errors_outside_the_ranges_are_tabulated():
@@ -92,25 +92,25 @@ def test_errors_outside_the_ranges_are_tabulated():
     np.testing.assert_allclose(tabor, 6.4)
     together = outside_ranges.beyond(outside_ranges.ALL, 0.6, 40, 0).quantities["tabor"]
     np.testing.assert_allclose(sorted(set(together.round(9))), [0.2 * 16**-0.1, 3.2 * 16**0.1])
-    content = outside_ranges.study(count=1, seed=2)
-    inside, outside = (content["models"]["fast"]["high unloading_rate"][key][0] for key in ("0", "0.1"))
+    study = outside_ranges.study(count=1, seed=2)
+    inside, outside = (study["models"]["fast"]["high unloading_rate"][key][0] for key in ("0", "0.1"))
     assert inside < 5.0
     assert np.isfinite(outside)
-    text = outside_ranges.page_text(content | {"command": "some"})
+    text = outside_ranges.page_text(study | {"command": "some"})
     assert text.count("all ranges at once") == 3
     assert "`tabor` 0.152 to 4.222" in text
 
 
 def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
     monkeypatch.setattr(ways_to_call.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
-    content = ways_to_call.study(count=5, model=["fast", "M1-concat"])
-    assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
+    study = ways_to_call.study(count=5, model=["fast", "M1-concat"])
+    assert all(seconds > 0.0 for row in study["seconds"].values() for seconds in row.values())
     for name in ("solver", "fast", "M1-concat"):
-        assert {*content["seconds"][name]} == {"batch", "single", "gradient"}
-    slopes = content["gradients"]["errors"]
+        assert {*study["seconds"][name]} == {"batch", "single", "gradient"}
+    slopes = study["gradients"]["errors"]
     # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
     assert slopes["fast"]["p50"] == pytest.approx(slopes["solver"]["p50"], abs=1e-6)
-    assert content["solvers"].keys() == {"solver", "draft"} < slopes.keys()
+    assert study["solvers"].keys() == {"solver", "draft"} < slopes.keys()
 
 
 def test_gradients_of_a_power_law_are_its_exponents():
@@ -121,25 +121,25 @@ def test_gradients_of_a_power_law_are_its_exponents():
         logs = [np.log(moved.quantities[name]) for name in ways_to_call.QUANTITIES]
         return np.exp(exponents @ np.array(logs))
 
-    found = ways_to_call.gradient(power_law, hidden)
-    np.testing.assert_allclose(found, np.tile(exponents, (3, 1)), atol=1e-9)
-    np.testing.assert_allclose(ways_to_call.gradient(power_law, hidden, 5), found[:, :5], atol=1e-9)
-    wrong = found * [1.1, 1.1, 1.1, 1.1, 1.1, 1.0] + [0.0, 0.0, 0.0, 0.0, 0.0, 0.02]
-    errors = ways_to_call.gradient_errors(wrong, found)
+    gradient = ways_to_call.gradient(power_law, hidden)
+    np.testing.assert_allclose(gradient, np.tile(exponents, (3, 1)), atol=1e-9)
+    np.testing.assert_allclose(ways_to_call.gradient(power_law, hidden, 5), gradient[:, :5], atol=1e-9)
+    wrong = gradient * [1.1, 1.1, 1.1, 1.1, 1.1, 1.0] + [0.0, 0.0, 0.0, 0.0, 0.0, 0.02]
+    errors = ways_to_call.gradient_errors(wrong, gradient)
     assert errors["p50"] == pytest.approx(10.0)
-    assert ways_to_call.gradient_errors(wrong[:, :5], found) == errors
+    assert ways_to_call.gradient_errors(wrong[:, :5], gradient) == errors
 
 
 def test_each_quantity_divides_all_protocols_once():
     drawn = {name: np.geomspace(edges[0], edges[-1], 50) for name, (_, edges) in EDGES.items()}
-    found = regions(drawn)
-    assert found["all"].all()
-    for words, edges in EDGES.values():
-        parts = [rows for region, rows in found.items() if region.startswith(words)]
+    masks = regions(drawn)
+    assert masks["all"].all()
+    for title, edges in EDGES.values():
+        parts = [rows for region, rows in masks.items() if region.startswith(title)]
         assert len(parts) == len(edges) - 1
         np.testing.assert_array_equal(np.sum(parts, axis=0), 1)
-    found = regions({"tabor": np.array([0.19, 1.0, 3.25]), "modulus_ratio": np.full(3, 0.1)})
-    assert {name: rows.tolist() for name, rows in found.items() if name != "all"} == {
+    masks = regions({"tabor": np.array([0.19, 1.0, 3.25]), "modulus_ratio": np.full(3, 0.1)})
+    assert {name: rows.tolist() for name, rows in masks.items() if name != "all"} == {
         "Tabor parameter 0.2 to 1": [True, False, False],
         "Tabor parameter 1 to 2": [False, True, False],
         "Tabor parameter 2 to 3.2": [False, False, True],

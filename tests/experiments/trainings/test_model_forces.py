@@ -50,9 +50,9 @@ def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
 
 def require_own_summary(errors, summary, split):
     assert errors["trajectory"].tolist() == split["test"]
-    for name, found in summary.items():
-        wanted = [errors[name].mean(), *np.percentile(errors[name], [50, 90, 100])]
-        np.testing.assert_allclose(list(found.values()), wanted, rtol=1e-5, err_msg=name)
+    for name, statistics in summary.items():
+        expected = [errors[name].mean(), *np.percentile(errors[name], [50, 90, 100])]
+        np.testing.assert_allclose(list(statistics.values()), expected, rtol=1e-5, err_msg=name)
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=label)
@@ -75,6 +75,6 @@ def test_the_weights_of_a_model_err_as_written(backend, data, monkeypatch):
 
 @pytest.mark.slow
 def test_the_published_list_is_what_the_study_finds():
-    found, listed = model_forces.study(ROOT / "dataset.h5", ROOT / "models"), read_json(ROOT / "model_forces.json")
+    study, listed = model_forces.study(ROOT / "dataset.h5", ROOT / "models"), read_json(ROOT / "model_forces.json")
     for name in ("others", "forces_sha256"):
-        assert found[name] == listed[name]
+        assert study[name] == listed[name]

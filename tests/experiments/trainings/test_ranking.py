@@ -21,21 +21,21 @@ HARDNESS = RNG.lognormal(0.0, 1.0, TRAJECTORIES)
 def drawn_of(factors):
     """Hierarchical replicates of models whose seeds err by these factors, all on the same hard trajectories."""
     indices = ranking.resampled(TRAJECTORIES, 500)
-    found = {}
+    by_model = {}
     for name, seeds in factors.items():
         noise = np.random.default_rng([*name.encode()]).lognormal(0.0, 0.05, (len(seeds), TRAJECTORIES))
         errors = np.array(seeds)[:, np.newaxis] * HARDNESS * noise
-        found[name] = {metric: ranking.replicates(errors, indices, metric) for metric in ranking.COLUMNS}
+        by_model[name] = {metric: ranking.replicates(errors, indices, metric) for metric in ranking.COLUMNS}
     return {
-        metric: {name: ranking.hierarchical(one[metric], name) for name, one in found.items()}
+        metric: {name: ranking.hierarchical(by_metric[metric], name) for name, by_metric in by_model.items()}
         for metric in ranking.COLUMNS
     }
 
 
 def order_of(factors):
     contenders = {name: [name] for name in factors}
-    known = {name: seeds for name, seeds in factors.items() if seeds}
-    (pair,) = ranking.duels("a", contenders, drawn_of(known), {name: len(seeds) for name, seeds in known.items()})
+    trained = {name: seeds for name, seeds in factors.items() if seeds}
+    (pair,) = ranking.duels("a", contenders, drawn_of(trained), {name: len(seeds) for name, seeds in trained.items()})
     return pair
 
 
@@ -71,7 +71,7 @@ def test_equal_models_are_a_tie_and_of_several_the_best_counts():
 
 
 @pytest.mark.parametrize(
-    ("decisions", "whole"),
+    ("decisions", "overall"),
     [
         (["holds", "holds"], "holds"),
         (["holds", "tie"], "tie"),
@@ -79,8 +79,8 @@ def test_equal_models_are_a_tie_and_of_several_the_best_counts():
         (["holds", "fails", "not decided"], "fails"),
     ],
 )
-def test_a_ranking_holds_with_all_its_orders_and_fails_with_one(decisions, whole):
-    assert ranking.verdict(decisions) == whole
+def test_a_ranking_holds_with_all_its_orders_and_fails_with_one(decisions, overall):
+    assert ranking.verdict(decisions) == overall
 
 
 def test_the_interval_of_a_mean_is_that_of_its_standard_error_and_paired_resamples_see_a_small_difference():
@@ -131,32 +131,32 @@ def test_the_study_ranks_what_is_published(tmp_path, studied):
     for name in paper_names():
         for seed in range(3):
             publish(tmp_path, name, seed, 1.0 + 0.01 * seed if name == "M1-concat" else 2.0 + 0.01 * seed)
-    content = studied()
-    json.dumps(content, allow_nan=False)
-    rows = content["models"]["M1-concat"]
+    study = studied()
+    json.dumps(study, allow_nan=False)
+    rows = study["models"]["M1-concat"]
     assert [row["seed"] for row in rows] == [0, 1, 2]
     assert rows[1]["test_mse"] == pytest.approx(1.01 * HARDNESS.mean())
     assert rows[1]["pull_off_percent"] == pytest.approx(1.01 * np.median(HARDNESS))
     assert rows[1]["validation_mse"] == pytest.approx(2.02)
-    assert content["curves"]["M1-concat"][1] == pytest.approx([3.03, 2.02])
-    spread = content["spread"]["M1-concat"]["test_mse"]
+    assert study["curves"]["M1-concat"][1] == pytest.approx([3.03, 2.02])
+    spread = study["spread"]["M1-concat"]["test_mse"]
     assert spread["low"] < spread["min"] < spread["median"] < spread["max"] < spread["high"]
-    decisions = {name: claim["decision"] for name, claim in content["claims"].items()}
+    decisions = {name: claim["decision"] for name, claim in study["claims"].items()}
     assert (
         decisions["best_model"] == decisions["concatenation_suffices"] == decisions["best_conditioning/M1"] == "holds"
     )
     assert decisions["best_conditioning/M2"] == decisions["second_family"] == "tie"
     assert decisions["d_better_than_c"] == "not decided"
-    assert content["claims"]["best_conditioning/M3"]["level"] == ["FiLM", "concat", "gated"]
-    assert content["missing"] == {}
-    assert sum(pair["claim"] == "best_model" for pair in content["pairs"]) == 17
+    assert study["claims"]["best_conditioning/M3"]["level"] == ["FiLM", "concat", "gated"]
+    assert study["missing"] == {}
+    assert sum(pair["claim"] == "best_model" for pair in study["pairs"]) == 17
 
 
 def test_another_model_moves_no_number(tmp_path, studied):
     def numbers():
-        content = studied()
-        chances = [pair["probability"] for pair in content["pairs"] if pair["worse"] == "M1-FiLM"]
-        return content["spread"]["M1-concat"], chances
+        study = studied()
+        chances = [pair["probability"] for pair in study["pairs"] if pair["worse"] == "M1-FiLM"]
+        return study["spread"]["M1-concat"], chances
 
     for seed in range(2):
         publish(tmp_path, "M1-concat", seed, 1.0 + seed)
@@ -170,11 +170,11 @@ def test_another_model_moves_no_number(tmp_path, studied):
 def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied):
     assert studied()["models"] == {}
     publish(tmp_path, "M1-concat", 1, 1.0)
-    content = studied()
-    assert len(content["missing"]) == 18
-    assert content["missing"]["M1-concat"] == [0, 2]
-    assert content["missing"]["M6-gated"] == [0, 1, 2]
-    assert {pair["decision"] for pair in content["pairs"]} == {"not decided"}
+    study = studied()
+    assert len(study["missing"]) == 18
+    assert study["missing"]["M1-concat"] == [0, 2]
+    assert study["missing"]["M6-gated"] == [0, 1, 2]
+    assert {pair["decision"] for pair in study["pairs"]} == {"not decided"}
 
 
 def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
@@ -184,13 +184,13 @@ def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
     publish(tmp_path, "M2-concat", 0, 1.0, architecture="M3-concat")
     publish(tmp_path, "M2-gated", 0, 1.0, "name = 'paper'")
     publish(tmp_path, "M1-concat", 2, 1.0, backend="tensorflow")
-    content = studied()
-    assert list(content["models"]) == ["M1-concat"]
-    assert [row["backend"] for row in content["models"]["M1-concat"]] == ["torch", "torch", "tensorflow"]
-    reasons = {label: sentence.split("its ")[1] for label, sentence in content["left_out"].items()}
-    words = ("data set", "model", "recipe")
+    study = studied()
+    assert list(study["models"]) == ["M1-concat"]
+    assert [row["backend"] for row in study["models"]["M1-concat"]] == ["torch", "torch", "tensorflow"]
+    reasons = {label: sentence.split("its ")[1] for label, sentence in study["left_out"].items()}
+    reasons_expected = ("data set", "model", "recipe")
     names = ("M1-FiLM", "M2-concat", "M2-gated")
-    assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, words, strict=True)}
+    assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, reasons_expected, strict=True)}
 
 
 @pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("trajectory,mse\n1,a\n")])
@@ -216,12 +216,12 @@ def test_a_seed_has_the_numbers_of_its_folder(tmp_path):
     publish(tmp_path, "M1-concat", 1, 0.2)
     trainings = run_folders.read_trainings(tmp_path / "seeds.h5")
     assert list(trainings) == ["M1-concat/seed-0", "M1-concat/seed-1"]
-    wanted, seed = run_folders.read_training(folder), trainings["M1-concat/seed-0"]
+    tables, seed = run_folders.read_training(folder), trainings["M1-concat/seed-0"]
     for table in run_folders.TABLES:
-        assert list(seed[table]) == list(wanted[table])
-        assert [column.tolist() for column in seed[table].values()] == [one.tolist() for one in wanted[table].values()]
+        assert list(seed[table]) == list(tables[table])
+        assert [column.tolist() for column in seed[table].values()] == [row.tolist() for row in tables[table].values()]
     assert {key: seed[key] for key in ("run", "metrics", "recipe")} == {
-        key: wanted[key] for key in ("run", "metrics", "recipe")
+        key: tables[key] for key in ("run", "metrics", "recipe")
     }
 
 
@@ -232,10 +232,10 @@ def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
             publish(tmp_path, f"features-{features}", seed, mse, "name = 'swift'\nepochs = 15", **run)
     for seed in range(3):
         publish(tmp_path, "M1-concat", seed, 1.0)
-    content = studied()
-    assert content["left_out"] == {}
-    assert content["claims"]["d_better_than_c"]["decision"] == "fails"
-    assert content["claims"]["best_input"] == {"paper": "D", "first": "C", "level": ["D"], "decision": "fails"}
+    study = studied()
+    assert study["left_out"] == {}
+    assert study["claims"]["d_better_than_c"]["decision"] == "fails"
+    assert study["claims"]["best_input"] == {"paper": "D", "first": "C", "level": ["D"], "decision": "fails"}
 
 
 def test_a_ranking_that_is_not_known_is_refused():

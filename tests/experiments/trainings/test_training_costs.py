@@ -34,22 +34,22 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     write_model(folder / "M1-concat", dataset, 3e-4)
     write_model(folder / "M1-concat-8-epochs", dataset, 9e-4)
     write_model(folder / "M1-concat-large", dataset, 1e-5, dataset_sha256="0")
-    content = training_costs.study_training_cost(dataset, folder)
+    study = training_costs.study_training_cost(dataset, folder)
     assert read_model(folder / "M1-concat")["validation_mse"] == 4e-4
-    (reference,) = content["models"]
+    (reference,) = study["models"]
     assert reference["history"]["best_mse"] == [0.3, 4e-4]
     assert reference["history"]["core_minutes"] == [1.0, 2.0]
     assert (reference["test_mse"], reference["core_minutes"]) == (3e-4, 2.0)
-    assert content["minutes_to_paper_mse"] == 2.0
-    assert [(one["name"], one["test_mse"]) for one in content["beside"]] == [("M1-concat-8-epochs", 9e-4)]
-    assert list(content["outdated"]) == ["M1-concat-large"]
-    assert len(content["missing"]) == 17 + len(training_costs.BUDGETS) - 1
+    assert study["minutes_to_paper_mse"] == 2.0
+    assert [(training["name"], training["test_mse"]) for training in study["beside"]] == [("M1-concat-8-epochs", 9e-4)]
+    assert list(study["outdated"]) == ["M1-concat-large"]
+    assert len(study["missing"]) == 17 + len(training_costs.BUDGETS) - 1
     # With what a batch costs on one machine, 48 trajectories in batches of 20 take three of them an epoch.
     batches = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}
-    content = training_costs.study_training_cost(dataset, folder, batches)
-    (reference,) = content["models"]
+    study = training_costs.study_training_cost(dataset, folder, batches)
+    (reference,) = study["models"]
     assert reference["history"]["core_minutes"] == [0.5, 1.0]
-    assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 1.0)
+    assert (reference["core_minutes"], study["minutes_to_paper_mse"]) == (1.0, 1.0)
 
 
 @pytest.mark.slow
@@ -58,21 +58,21 @@ def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
     monkeypatch.setattr("surrogate.build", build_least)
     monkeypatch.setattr(training_costs, "names", lambda: ["M3-concat", "M4-gated"])
     monkeypatch.setattr(training_costs, "limit_threads", lambda _: None)
-    found = training_costs.study_training_speed(dataset, repeats=2)
-    assert list(found["models"]) == ["M3-concat", "M4-gated"]
-    for one in found["models"].values():
-        assert one["seconds_per_batch"]["count"] == 2
-        epoch = one["seconds_per_batch"]["median"] * found["batches"]
-        assert one["hours"] == pytest.approx(epoch * found["epochs"] / 3600.0)
-    assert {one["count"] for one in found["by_paper_recipe"].values()} == {2}
+    study = training_costs.study_training_speed(dataset, repeats=2)
+    assert list(study["models"]) == ["M3-concat", "M4-gated"]
+    for model in study["models"].values():
+        assert model["seconds_per_batch"]["count"] == 2
+        epoch = model["seconds_per_batch"]["median"] * study["batches"]
+        assert model["hours"] == pytest.approx(epoch * study["epochs"] / 3600.0)
+    assert {seconds["count"] for seconds in study["by_paper_recipe"].values()} == {2}
     for recipe in ("swift", "paper"):
         settings = {"name": recipe, "batch_size": 8}
-        known = [epoch_seconds(found, settings, one, 80) for one in ("M3-concat", "M4-gated", "M1-FiLM")]
-        assert known[0] > 0.0 < known[1]
-        assert known[2] is None
-    longest = found["longest_training"]
-    assert found["longest_training_hours"] == max(one["hours"] for one in found["models"].values())
-    assert found["models"][longest]["hours"] == found["longest_training_hours"]
+        timed = [epoch_seconds(study, settings, name, 80) for name in ("M3-concat", "M4-gated", "M1-FiLM")]
+        assert timed[0] > 0.0 < timed[1]
+        assert timed[2] is None
+    longest = study["longest_training"]
+    assert study["longest_training_hours"] == max(model["hours"] for model in study["models"].values())
+    assert study["models"][longest]["hours"] == study["longest_training_hours"]
 
 
 def test_a_chosen_model_is_only_timed(dataset, monkeypatch, capsys):

@@ -39,8 +39,8 @@ VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs
 def test_a_training_is_taken_if_it_is_what_is_asked_for_and_otherwise_refused(change, word, tmp_path, data):
     half, folders = tmp_path / "models" / "half", {"work": tmp_path, "models": tmp_path / "published"}
     assert kept_folder(VARIANT, data, **folders) is None
-    other = dataclasses.replace(data, sha256="0" * 64) if word == "data set" else data
-    write_training(half, Variant(**(vars(VARIANT) | change)), other)
+    dataset_used = dataclasses.replace(data, sha256="0" * 64) if word == "data set" else data
+    write_training(half, Variant(**(vars(VARIANT) | change)), dataset_used)
     if word is None:
         assert kept_folder(VARIANT, data, **folders) == half
         return
@@ -51,7 +51,7 @@ def test_a_training_is_taken_if_it_is_what_is_asked_for_and_otherwise_refused(ch
 def study(tmp_path, dataset, published=()):
     """One call of one variant after a result file with earlier trainings; returns what is published at the end."""
     (tmp_path / "out.json").write_text(json.dumps({"sets": {"deep": list(published)}}), encoding="utf-8")
-    found = {}
+    results = {}
     trainings.train_variants(
         {"a": VARIANT},
         dataset=dataset,
@@ -59,17 +59,17 @@ def study(tmp_path, dataset, published=()):
         models=tmp_path / "published",
         out=tmp_path / "out.json",
         jobs=1,
-        publish=lambda done: found.update(done),
+        publish=lambda done: results.update(done),
     )
-    return found["a"]
+    return results["a"]
 
 
 def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
     for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
         folder = tmp_path / "published" / label
         write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data, mse)
-    found = study(tmp_path, dataset)
-    assert (found["mse"], found["taken_from"], queue[1]) == (0.25, "M1-concat-short", [])
+    result = study(tmp_path, dataset)
+    assert (result["mse"], result["taken_from"], queue[1]) == (0.25, "M1-concat-short", [])
 
 
 def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset, queue):
@@ -86,17 +86,17 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
         return 0, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
 
     refused.add("share-75-fold-1")
-    status, content = run()
-    assert (status, content["complete"]) == (trainings.STOPPED, False)
-    assert [len(one["folds"]) for one in content["shares"]] == [1, 2]
-    assert set(content["summary"].values()) == {None}
+    status, result = run()
+    assert (status, result["complete"]) == (trainings.STOPPED, False)
+    assert [len(share["folds"]) for share in result["shares"]] == [1, 2]
+    assert set(result["summary"].values()) == {None}
     refused.clear()
     started.clear()
     shutil.rmtree(tmp_path / "models")
-    status, content = run()
-    assert (status, content["complete"], content["summary"]["folds"]) == (0, True, 2)
+    status, result = run()
+    assert (status, result["complete"], result["summary"]["folds"]) == (0, True, 2)
     assert started == ["share-75-fold-1"]
-    assert [one["mse_mean"] for one in content["shares"]] == [0.5, 0.5]
+    assert [share["mse_mean"] for share in result["shares"]] == [0.5, 0.5]
     started.clear()
     assert run()[0] == 0
     assert started == []
@@ -104,8 +104,8 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
 
 @pytest.mark.parametrize(("epochs", "mse"), [(35, 0.125), (36, 0.5)])
 def test_the_result_of_the_same_training_is_taken_and_of_another_is_not(epochs, mse, tmp_path, dataset, data, queue):
-    other = Variant(**(vars(VARIANT) | {"epochs": epochs}))
-    entry = {"training": other.identity(data).digest, "mse": 0.125}
+    variant = Variant(**(vars(VARIANT) | {"epochs": epochs}))
+    entry = {"training": variant.identity(data).digest, "mse": 0.125}
     assert study(tmp_path, dataset, [entry])["mse"] == mse
 
 
@@ -124,14 +124,14 @@ def physical(tmp_path_factory):
 @pytest.fixture
 def scored(monkeypatch):
     """Stands in for the comparison on hidden protocols; the models that it was asked for."""
-    asked = []
+    calls = []
 
     def compared(folders, count):
-        asked.append({label: kind for label, (_, kind) in folders.items()})
+        calls.append({label: steps for label, (_, steps) in folders.items()})
         return {label: {"count": count} for label in folders}, {"uniform": {"count": count}}
 
     monkeypatch.setattr(feature_sets, "hidden_errors", compared)
-    return asked
+    return calls
 
 
 def run(tmp_path, dataset, file, **changes):
@@ -148,23 +148,23 @@ def test_the_summary_waits_for_the_papers_sets_only(
     queue[0].add(f"features-{waits_for}")
     with pytest.raises(typer.Exit):
         run(tmp_path, dataset, physical)
-    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert (list(content["sets"]), content["complete"]) == (list(sets), False)
-    assert content["summary"].get("factor_a_over_d") == summary
-    assert (list(content["physical"]), scored) == (["D"] if waits_for == "D" else [], [])
+    result = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert (list(result["sets"]), result["complete"]) == (list(sets), False)
+    assert result["summary"].get("factor_a_over_d") == summary
+    assert (list(result["physical"]), scored) == (["D"] if waits_for == "D" else [], [])
 
 
 def test_sets_at_physical_steps_are_trained_on_their_own_data_set(tmp_path, dataset, physical, queue, scored):
-    content = run(tmp_path, dataset, physical)
+    result = run(tmp_path, dataset, physical)
     assert queue[1] == ["features-A", "features-D", "features-D-physical"]
-    assert (content["complete"], list(content["sets"]), list(content["physical"])) == (True, ["A", "D"], ["D"])
-    digests = [one["training"] for part in ("sets", "physical") for one in content[part].values()]
+    assert (result["complete"], list(result["sets"]), list(result["physical"])) == (True, ["A", "D"], ["D"])
+    digests = [training["training"] for group in ("sets", "physical") for training in result[group].values()]
     assert len(set(digests)) == 3
     trained = json.loads((tmp_path / "models" / "features-D-physical" / "run.json").read_text(encoding="utf-8"))
     assert trained["dataset_sha256"] == TrajectoryDataset.load(physical).sha256
     assert scored == [{"features-A": "uniform", "features-D": "uniform", "features-D-physical": "physical"}]
-    assert content["physical"]["D"]["hidden"] == {"count": 3}
-    assert content["floor"] == {"uniform": {"count": 3}}
+    assert result["physical"]["D"]["hidden"] == {"count": 3}
+    assert result["floor"] == {"uniform": {"count": 3}}
 
 
 def test_published_errors_are_kept_where_the_weights_are_not(tmp_path, dataset, physical, queue, scored):
@@ -188,19 +188,19 @@ def test_the_two_data_sets_must_hold_the_same_protocols(tmp_path, dataset, physi
         run(tmp_path, dataset, tmp_path / "absent.h5")
     with pytest.raises(ValueError, match="received 60 trajectories at uniform steps"):
         run(tmp_path, dataset, dataset)
-    other = tmp_path / "other.h5"
-    run_here(Campaign(count=60, seed=3, counts=PHYSICAL, steps="physical"), other, solver=stand_in.solve)
+    foreign = tmp_path / "other.h5"
+    run_here(Campaign(count=60, seed=3, counts=PHYSICAL, steps="physical"), foreign, solver=stand_in.solve)
     with pytest.raises(ValueError, match=r"must hold the protocols of .* received 60 trajectories at physical steps"):
-        run(tmp_path, dataset, other)
+        run(tmp_path, dataset, foreign)
     assert queue[1] == []
     assert run(tmp_path, dataset, tmp_path / "absent.h5", physical=[])["physical"] == {}
 
 
 def test_the_papers_ranking_is_of_the_papers_sets():
     errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0, "E": 0.4, "F": 0.1}
-    found = feature_sets.summary({name: {"validation_mse": error} for name, error in errors.items()})
-    wanted = {"order": ["C", "D", "B", "A"], "best": "C", "all_improve_over_a": True, "d_better_than_c": False}
-    assert found == wanted | {"factor_a_over_d": 7.0}
+    summary = feature_sets.summary({name: {"validation_mse": error} for name, error in errors.items()})
+    expected = {"order": ["C", "D", "B", "A"], "best": "C", "all_improve_over_a": True, "d_better_than_c": False}
+    assert summary == expected | {"factor_a_over_d": 7.0}
     two = feature_sets.summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
     assert two == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
     assert feature_sets.summary({"F": {"validation_mse": 0.1}})["best"] is None
@@ -216,7 +216,7 @@ class Copy:
         assert times.shape == indentations.shape
         trajectories = Hidden.draw(len(scenes), feature_sets.common.MODULUS_RATIO).simulated("draft")
         pairs = zip(trajectories, times, strict=True)
-        return (1.0 + self.share) * np.array([one.at(np.minimum(row, one.time[-1])) for one, row in pairs])
+        return (1.0 + self.share) * np.array([run.at(np.minimum(row, run.time[-1])) for run, row in pairs])
 
 
 def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypatch, tmp_path):
@@ -225,13 +225,13 @@ def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypat
     monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))
     shares = {"exact": 0.0, "off": 0.5}
     monkeypatch.setattr(feature_sets.common, "load_surrogate", lambda name, _: Copy(shares[name]))
-    folders = {f"{name}-{kind}": (tmp_path / name, kind) for name in shares for kind in feature_sets.STEPS}
-    found, floor = feature_sets.hidden_errors(folders, 4)
-    for kind in feature_sets.STEPS:
-        assert floor[kind]["count"] == 4
+    folders = {f"{name}-{steps}": (tmp_path / name, steps) for name in shares for steps in feature_sets.STEPS}
+    model_errors, floor = feature_sets.hidden_errors(folders, 4)
+    for steps in feature_sets.STEPS:
+        assert floor[steps]["count"] == 4
         for reading in READINGS:
-            exact, off = (found[f"{name}-{kind}"][reading] for name in ("exact", "off"))
-            assert floor[kind][reading]["p50"] < 5.0
-            assert exact == pytest.approx(floor[kind][reading], abs=1e-6)
-            assert off["p50"] == pytest.approx(50.0, abs=2.0 * floor[kind][reading]["p99"])
+            exact, off = (model_errors[f"{name}-{steps}"][reading] for name in ("exact", "off"))
+            assert floor[steps][reading]["p50"] < 5.0
+            assert exact == pytest.approx(floor[steps][reading], abs=1e-6)
+            assert off["p50"] == pytest.approx(50.0, abs=2.0 * floor[steps][reading]["p99"])
     assert floor["uniform"]["pull_off"]["p50"] != floor["physical"]["pull_off"]["p50"]

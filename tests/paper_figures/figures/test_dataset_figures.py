@@ -78,18 +78,18 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
 
 
 def test_tables_of_the_data_set(dataset_path, examples):
-    found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
-    first, second = table_protocols_dataset.compose(examples, found).values()
+    numbers = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
+    first, second = table_protocols_dataset.compose(examples, numbers).values()
     assert len(first.rows) == 6
     assert first.rows[0][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
     summary = second.page()
-    for words in (
+    for text in (
         "478 CPU-hours",
         "| 12450 ",
         "resolution floor",
         "| trajectories with a jump | not stated | 12.5 % |",
     ):
-        assert words in summary
+        assert text in summary
 
 
 def test_latex_escapes_text_leaves_mathematics_alone_and_rows_keep_their_order(tmp_path):
@@ -99,8 +99,8 @@ def test_latex_escapes_text_leaves_mathematics_alone_and_rows_keep_their_order(t
     assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text
     assert r"\caption{50 \% of $y_2$}" in text
     Table(["n"], [["1"], ["2"]], "Two.").save("t", tmp_path)
-    for kind in ("md", "csv", "tex"):
-        text = (tmp_path / f"t.{kind}").read_text(encoding="utf-8")
+    for suffix in ("md", "csv", "tex"):
+        text = (tmp_path / f"t.{suffix}").read_text(encoding="utf-8")
         assert text.rindex("1") < text.rindex("2")
 
 

@@ -36,8 +36,8 @@ def test_figure_7_counts_every_trajectory_once(errors):
         drawn.draw_without_rendering()
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
-    other = errors | {"overall": {name: one | {"median": 3.0} for name, one in errors["overall"].items()}}
-    for axes in figure_7.compose(other | {"by_paper_recipe": errors}).axes[:2]:
+    ours = errors | {"overall": {name: column | {"median": 3.0} for name, column in errors["overall"].items()}}
+    for axes in figure_7.compose(ours | {"by_paper_recipe": errors}).axes[:2]:
         labels = [text.get_text() for text in axes.get_legend().get_texts()]
         assert labels == ["our recipe, median 3 %", "median 1.5 %", "90th percentile 6 %"]
     points = drawn.axes[2].lines
@@ -53,8 +53,8 @@ def test_figure_fms_transfer_and_its_numbers():
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
     config = {"model": "M1-concat"}
-    content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
-    first, second = figure_fms_transfer.compose(content).axes
+    study = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
+    first, second = figure_fms_transfer.compose(study).axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
     assert {line.get_marker() for line in first.lines[2:]} == {"^"}
     assert len({line.get_color() for line in first.lines[2:]}) == 3

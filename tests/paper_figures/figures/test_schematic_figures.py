@@ -30,11 +30,11 @@ def test_graphs_and_drawings_are_those_of_the_keras_models():
     # Every kind of layer; `tests/surrogate/architectures` counts the parameters of all models.
     shown = ("M1-concat", "M2-FiLM", "M3-concat", "M4-concat", "M4-gated", "M5-FiLM", "M6-concat")
     models = {name: graph(surrogate.build(name)) for name in shown}
-    for name, found in models.items():
-        assert sum(layer["parameters"] for layer in found["layers"]) == found["parameters"]
-        assert found["parameters"] == PAPER_PARAMETER_COUNTS.get(name, found["parameters"])
-        assert figure_architectures.ranks(found["layers"])["force"] == max(
-            figure_architectures.ranks(found["layers"]).values()
+    for name, model in models.items():
+        assert sum(layer["parameters"] for layer in model["layers"]) == model["parameters"]
+        assert model["parameters"] == PAPER_PARAMETER_COUNTS.get(name, model["parameters"])
+        assert figure_architectures.ranks(model["layers"])["force"] == max(
+            figure_architectures.ranks(model["layers"]).values()
         )
     assert models["M4-concat"]["receptive_field"] == 61
     gate = next(layer for layer in models["M4-gated"]["layers"] if layer["kind"] == "TaborGate")
@@ -58,8 +58,8 @@ def test_graphs_and_drawings_are_those_of_the_keras_models():
     assert readout.count("Dense 64\nReLU") == readout.count("Dense 1") == 3
 
 
-def layer(name, kind, width, label, *inputs):
-    return {"name": name, "kind": kind, "label": label, "width": width, "parameters": 5, "inputs": list(inputs)}
+def layer(name, layer_class, width, label, *inputs):
+    return {"name": name, "kind": layer_class, "label": label, "width": width, "parameters": 5, "inputs": list(inputs)}
 
 
 INPUT = layer("sequence", "InputLayer", 4, "history")
@@ -76,12 +76,12 @@ def test_architectures_are_drawn_from_their_graphs():
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
-    graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": [INPUT]} for place, how in enumerate(CONDITIONINGS)}
+    graphs = {f"M1-{how}": {"parameters": 7 + index, "layers": [INPUT]} for index, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()
     figure_architectures.draw_family(axes, graphs, "M1", 1)
     across = {text.get_text(): text.get_position()[0] for text in axes.texts}
-    for place, how in enumerate(CONDITIONINGS):
-        assert across[how] == across[f"{7 + place}\nparameters"]
+    for index, how in enumerate(CONDITIONINGS):
+        assert across[how] == across[f"{7 + index}\nparameters"]
     axes = drawing.figure(height=2.0).subplots()
     schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))

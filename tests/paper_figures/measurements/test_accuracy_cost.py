@@ -14,15 +14,15 @@ from tests.paper_figures.results import SPREAD, UNKNOWN
 from tests.processes import ROOT
 
 
-def tool(kind, setting, error=0.01, **more):
+def tool(group, setting, error=0.01, **more):
     spread = SPREAD | {"median": error}
     return {
-        "kind": kind,
+        "kind": group,
         "setting": setting,
         "protocols": 3,
         "repeats": 2,
         "failures": 0,
-        "seconds": SPREAD if kind != "measurement steps" else UNKNOWN,
+        "seconds": SPREAD if group != "measurement steps" else UNKNOWN,
         "run_totals": [1.0, 1.1],
         "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), spread),
         **more,
@@ -41,8 +41,8 @@ CONTENT = {"protocols": 3, "repeats": 2, "truth_target": 7e-5, "tools": TOOLS}
 
 
 def test_accuracy_and_cost():
-    content = CONTENT | {"host": "a machine", "missing": ["M2-FiLM"], "outdated": ["M1-concat"]}
-    text = table_accuracy_cost.compose(content)["accuracy-cost"].page()
+    study = CONTENT | {"host": "a machine", "missing": ["M2-FiLM"], "outdated": ["M1-concat"]}
+    text = table_accuracy_cost.compose(study)["accuracy-cost"].page()
     assert "Not published when this was measured: M2-FiLM. Trained differently from those compared: M1-concat." in text
     assert text.count("20 (10-30)") == 7
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
@@ -57,10 +57,10 @@ def test_accuracy_and_cost():
 def test_no_point_is_left_out_and_fewer_protocols_are_open():
     runs = [{"tool": "Adhesion", "problem": "tabor 1", "seconds": 2.0, "error": 0.1}]
     (axes,) = figure_accuracy_cost.compose(CONTENT, {"runs": runs}).axes
-    points = {tuple(place): line for line in axes.lines for place in line.get_xydata() if line.get_marker() != "None"}
-    median, others = 100.0 * SPREAD["median"], [(0.02, float(number)) for number in (1, 2, 3, 4)]
+    points = {tuple(point): line for line in axes.lines for point in line.get_xydata() if line.get_marker() != "None"}
+    median, extremes = 100.0 * SPREAD["median"], [(0.02, float(number)) for number in (1, 2, 3, 4)]
     stated = (paper_seconds()["paper's surrogate"], 2.2)
-    assert set(points) == {(0.02, median), *others, (2.0, 10.0), stated}
+    assert set(points) == {(0.02, median), *extremes, (2.0, 10.0), stated}
     assert [line.get_markerfacecolor() for line in axes.lines].count("white") == 1
     assert [1.0, 5.0] in [list(line.get_ydata()) for line in axes.lines]  # from the median to the 95th percentile
 
@@ -69,7 +69,7 @@ def touching(axes):
     """Names that a marker or a line of the axes touches."""
     size = axes.figure.dpi / 72
     boxes = {text.get_text(): Text.get_window_extent(text) for text in axes.texts}
-    found = set()
+    touched = set()
     for line in axes.lines:
         points = line.get_transform().transform(line.get_xydata())
         drawn = line.get_linestyle() != "None" and line.get_linewidth() > 0.0
@@ -77,9 +77,9 @@ def touching(axes):
         radius = 0.5 * line.get_markersize() * size if line.get_marker() != "None" else 0.0
         for name, box in boxes.items():
             for places, margin in ((points if radius else points[:0], radius), (path, 0.0)):
-                inside = [box.padded(margin).contains(*place) for place in places]
-                found |= {name} if any(inside) else set()
-    return found
+                inside = [box.padded(margin).contains(*point) for point in places]
+                touched |= {name} if any(inside) else set()
+    return touched
 
 
 def test_no_name_touches_a_marker_or_a_line():
@@ -89,11 +89,11 @@ def test_no_name_touches_a_marker_or_a_line():
     assert [touching(axes) for axes in drawn.axes] == [set()]
 
 
-def timed_tool(kind, setting, seconds, p95, **more):
-    found = tool(kind, setting, **more)
-    found["seconds"] = SPREAD | {"median": seconds}
-    found["errors"] = dict.fromkeys(found["errors"], SPREAD | {"p95": p95})
-    return found
+def timed_tool(group, setting, seconds, p95, **more):
+    timed = tool(group, setting, **more)
+    timed["seconds"] = SPREAD | {"median": seconds}
+    timed["errors"] = dict.fromkeys(timed["errors"], SPREAD | {"p95": p95})
+    return timed
 
 
 def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():

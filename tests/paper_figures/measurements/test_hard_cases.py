@@ -21,8 +21,8 @@ def test_hard_cases_and_the_worst_of_their_energies():
     ]
     coarse = {"draft": {"status": "completed", "change": 0.05}, "0.05": {"status": "stopped", "change": None}}
     extreme = {"name": "zero dwell", "status": "completed", "coarse": coarse, **numbers}
-    content = {"host": "a machine", "accuracy": "standard", "refinement": 4.0, "map": rows, "extremes": [extreme]}
-    text = table_hard_cases.compose(content).page()
+    study = {"host": "a machine", "accuracy": "standard", "refinement": 4.0, "map": rows, "extremes": [extreme]}
+    text = table_hard_cases.compose(study).page()
     assert "2 of 3 completed" in text
     assert "`make measure-soak` has not been run" in text
     named = next(line for line in text.splitlines() if "zero dwell" in line)
@@ -33,15 +33,15 @@ def test_hard_cases_and_the_worst_of_their_energies():
 
 
 def test_the_soak_is_shown_among_the_hard_cases():
-    found = {"protocols": 100, "raised": 0, "silent": 1, "spikes": 2, "largest_spike_share": 3e-5}
-    found |= {"statuses": {"completed": 99, "stopped": 1}, "slowest_seconds": 2.0, "memory_growth": 0.003}
-    rows = table_hard_cases.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
+    soak = {"protocols": 100, "raised": 0, "silent": 1, "spikes": 2, "largest_spike_share": 3e-5}
+    soak |= {"statuses": {"completed": 99, "stopped": 1}, "slowest_seconds": 2.0, "memory_growth": 0.003}
+    rows = table_hard_cases.soak_rows({"inside": soak, "beyond": soak | {"memory_growth": None}})
     assert all(len(row) == len(table_hard_cases.HEADER) for row in rows)
     name, status = rows[0][:2]
     assert name.startswith("soak inside the box: 0 exceptions, 1 silent non-finite, 2 with a lone spike (3e-05 of the ")
     assert name.endswith("range of the force at most), memory growth 0.3 %")
     assert status == "99 of 100 completed"
-    calm = table_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
+    calm = table_hard_cases.soak_rows({"inside": soak | {"spikes": 0}})[0][0]
     assert "0 with a lone spike, memory" in calm
     assert "memory growth not measured" in rows[1][0]
 
@@ -55,6 +55,6 @@ def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplifi
     row |= dict.fromkeys(("full_seconds", "ratio", "seconds"), SPREAD)
     none = row | dict.fromkeys(("kept", "simplified", "slower"), 0) | {"worst_error": None}
     none |= {"full_seconds": UNKNOWN, "ratio": UNKNOWN}
-    some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
+    some, nothing = ([cell(line) for cell in table_recommendations.COLUMNS.values()] for line in (row, none))
     assert {"4 of 5", "0.02 (0.06)"} <= set(some)
     assert {"0 of 0", "-"} <= set(nothing)

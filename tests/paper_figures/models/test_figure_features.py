@@ -12,8 +12,8 @@ def errors(factor):
 
 
 def trained(mse, factor=None):
-    one = {"validation_mse": mse, "mse": 2.0 * mse, "history": HISTORY}
-    return one if factor is None else one | {"hidden": errors(factor)}
+    training = {"validation_mse": mse, "mse": 2.0 * mse, "history": HISTORY}
+    return training if factor is None else training | {"hidden": errors(factor)}
 
 
 CONTENT = {
@@ -36,10 +36,10 @@ def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
         assert [round(line.get_xdata()[0]) for line in marks] == [0, 1, 2, 3, 0, 1, 3]
         bars = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() == "None"]
         assert bars[1] == pytest.approx([0.8, 2.4])
-    words = [text.get_text() for text in pull_off.get_legend().get_texts()]
-    assert words == ["uniform steps", "physical steps"]
+    labels = [text.get_text() for text in pull_off.get_legend().get_texts()]
+    assert labels == ["uniform steps", "physical steps"]
     colors = {line.get_color() for line in marks[:4]}, {line.get_color() for line in marks[4:]}
-    assert [len(found) for found in colors] == [1, 1]
+    assert [len(group) for group in colors] == [1, 1]
     assert colors[0] != colors[1]
 
 
@@ -49,14 +49,14 @@ def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
     assert [[row[0], row[2]] for row in rows] == [
         *([name, "uniform"] for name in "ADEF"),
         *([name, "physical"] for name in "DF"),
-        *(["", kind] for kind in ("uniform", "physical")),
+        *(["", steps] for steps in ("uniform", "physical")),
     ]
     assert [row[3] for row in rows] == ["1"] * 6 + floor
     assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
     assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
     assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
-    content = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
-    rows = figure_features.features_table(content).rows
+    study = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
+    rows = figure_features.features_table(study).rows
     assert [(row[0], row[2], row[3]) for row in rows] == [
         ("A", "uniform", "1"),
         *((name, "uniform", "0") for name in "DEF"),

@@ -11,10 +11,10 @@ from tests.paper_figures.results import comparison, ranking
 
 def test_every_seed_is_a_point_and_every_interval_a_bar():
     seeds = dict.fromkeys(names(), 3)
-    content = ranking(seeds)
+    study = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
-    content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
-    drawn = figure_ranking.compose(content, comparison(names(), by_recipe=["M2-FiLM"]))
+    study["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
+    drawn = figure_ranking.compose(study, comparison(names(), by_recipe=["M2-FiLM"]))
     for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
         assert axes.get_yscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
@@ -22,12 +22,12 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
         (theirs,) = [line for line in axes.lines if line.get_markeredgecolor() == drawing.BLACK]
         assert theirs.get_color() == models_style.color("M2-FiLM")
         for name, line in points.items():
-            assert line.get_ydata().tolist() == [row[metric] for row in content["models"][name]]
+            assert line.get_ydata().tolist() == [row[metric] for row in study["models"][name]]
             assert line.get_color() == models_style.color(name)
         bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
         low, high = axes.get_ylim()
-        ends = [content["spread"][name][metric] for name in names()]
-        assert bars == [pytest.approx((one["low"], one["high"])) for one in ends]
+        ends = [study["spread"][name][metric] for name in names()]
+        assert bars == [pytest.approx((interval["low"], interval["high"])) for interval in ends]
         assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high < 1e3
         assert not axes.texts
     assert drawn.get_supxlabel() == ""
@@ -37,10 +37,10 @@ def test_tables_and_what_is_made_without_any_seed():
     trained = comparison(["M1-concat"])
     figure_ranking.compose(ranking({}), trained).draw_without_rendering()
     assert table_ranking.compose(ranking({}), trained)["ranking"].rows == []
-    content = ranking({"M1-concat": 3, "M2-concat": 1})
-    content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
-    content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
-    first, second = table_ranking.compose(content, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
+    study = ranking({"M1-concat": 3, "M2-concat": 1})
+    study["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
+    study["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
+    first, second = table_ranking.compose(study, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
     rows = first.rows
     assert rows[0][:4] == ["M1-concat", "0.002", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
     assert rows[0][-1] == "0.007"

@@ -12,11 +12,11 @@ from tests.paper_figures.results import HISTORY, comparison, efficiency, outdate
 
 
 def test_what_is_trained_otherwise_is_not_called_untrained(cracks):
-    found = outdated(comparison(names()), "M2-FiLM")
-    kept = [figure_mse_mae.compose(found), figure_learning_curves.compose(found)]
-    kept.append(figure_5.compose(found, cracks, efficiency()))
+    compared = outdated(comparison(names()), "M2-FiLM")
+    kept = [figure_mse_mae.compose(compared), figure_learning_curves.compose(compared)]
+    kept.append(figure_5.compose(compared, cracks, efficiency()))
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
-    text = table_models.compose(found).caption
+    text = table_models.compose(compared).caption
     assert "M2-FiLM is left out: `make models` trains it again." in text
     assert "ot trained yet" not in text
 
@@ -43,9 +43,9 @@ def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
 def test_figure_plateau_draws_the_trainings_that_are_published():
     with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
         figure_plateau.compose(comparison(names()))
-    found = comparison(names(), ["M1-concat"])
-    found["beside"]["M1-concat-as-worded"] = {"history": HISTORY | {"learning_rate": [1e-4] * 3}}
-    errors, rates = figure_plateau.compose(found).axes
+    compared = comparison(names(), ["M1-concat"])
+    compared["beside"]["M1-concat-as-worded"] = {"history": HISTORY | {"learning_rate": [1e-4] * 3}}
+    errors, rates = figure_plateau.compose(compared).axes
     assert [line.get_label() for line in rates.lines] == list(figure_plateau.LOOKS)
     assert [line.get_ydata()[-1] for line in rates.lines] == [5e-5, 1e-4, 5e-5]
     assert all(line.get_ydata().tolist() == HISTORY["validation_mse"] for line in errors.lines)
@@ -95,8 +95,8 @@ def whiskers(axes):
 
 
 def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(cracks):
-    found, spread = comparison(names()), ranking(SEEDS)
-    kept = figure_mse_mae.compose(found, spread), figure_5.compose(found, cracks, efficiency(), spread)
+    compared, spread = comparison(names()), ranking(SEEDS)
+    kept = figure_mse_mae.compose(compared, spread), figure_5.compose(compared, cracks, efficiency(), spread)
     for axes, x, y, single in (
         (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
         (kept[1].axes[1], None, "test_dtw_rmse", None),
@@ -108,17 +108,17 @@ def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(c
         ends = whiskers(axes)
         assert len(ends) == 2
         for name in ("M1-concat", "M1-gated"):
-            one = spread["spread"][name]
-            assert plotted[name][1] == one[y]["median"]
-            assert x is None or plotted[name][0] == one[x]["median"]
-            assert ends[plotted[name][0]] == pytest.approx([one[y]["min"], one[y]["max"]])
+            ends_of_model = spread["spread"][name]
+            assert plotted[name][1] == ends_of_model[y]["median"]
+            assert x is None or plotted[name][0] == ends_of_model[x]["median"]
+            assert ends[plotted[name][0]] == pytest.approx([ends_of_model[y]["min"], ends_of_model[y]["max"]])
         # One seed beside the published training is no spread.
         assert single is None or plotted["M1-FiLM"] != plotted["M2-concat"]
         assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
     for drawn in kept:
         assert drawn.get_supxlabel() == NOTE
-    found, spread = comparison(names()), ranking(SEEDS)
-    kept = figure_5.compose(found, cracks, efficiency(), spread), figure_learning_curves.compose(found, spread)
+    compared, spread = comparison(names()), ranking(SEEDS)
+    kept = figure_5.compose(compared, cracks, efficiency(), spread), figure_learning_curves.compose(compared, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
         (band,) = axes.collections
         curves = np.array(spread["curves"][name])

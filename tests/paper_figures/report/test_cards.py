@@ -45,8 +45,8 @@ def test_the_models_page_is_of_these_models(written):
 
 def test_the_metadata_are_valid_croissant(written):
     croissant = pytest.importorskip("mlcroissant")
-    found = croissant.Dataset(jsonld=str(written / cards.METADATA)).metadata
-    assert (found.ctx.issues.errors, found.ctx.issues.warnings) == (set(), set())
+    metadata = croissant.Dataset(jsonld=str(written / cards.METADATA)).metadata
+    assert (metadata.ctx.issues.errors, metadata.ctx.issues.warnings) == (set(), set())
     broken = json.loads((written / cards.METADATA).read_text())
     del broken["distribution"][0]["contentUrl"]
     with pytest.raises(croissant.ValidationError):

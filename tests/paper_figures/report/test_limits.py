@@ -5,7 +5,7 @@ from paper_figures.report import limits
 
 def test_limits_are_counted_and_compared():
     changes = {"inside": (0.001, 0.002), "beyond": (0.0041, 0.03, 0.0039)}
-    rows = [{"where": where, "change": change} for where, found in changes.items() for change in found]
+    rows = [{"where": where, "change": change} for where, group in changes.items() for change in group]
     text = limits.hard_cases_text({"accuracy": "standard", "map": rows})
     assert text.startswith("2 of 3 random cases far beyond it at `standard` (0.4 %)")
     assert text.endswith("at most by 3.0 %; none of 2 inside")

@@ -28,7 +28,7 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
     text = reproducibility.statements_text(tmp_path, ranked)
     assert "- **Fail**: D better than C.\n" in text
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
-    apart = max(one["max"] / one["min"] for one in (ranked["spread"][f"features-{name}"]["test_mse"] for name in "CD"))
+    apart = max(row["max"] / row["min"] for row in (ranked["spread"][f"features-{name}"]["test_mse"] for name in "CD"))
     assert f"| **fails** | C | 2.00 | {apart:.2f} | **fails** | C |" in lines["D better than C"]
     assert reproducibility.changes_text(tmp_path, ranked).endswith("on: nothing.")
     ranked["claims"]["d_better_than_c"]["decision"] = "tie"

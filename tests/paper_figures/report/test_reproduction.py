@@ -65,9 +65,9 @@ def test_tolerances_and_places_of_claims_are_those_of_the_paper():
     (claim,) = [claim for claim in CLAIMS if claim["says"].startswith("orders of magnitude")]
     assert reproduction_report.tolerance_text(claim) == "20 %: the paper says about three orders"
     numbers = drawing.paper_values("structure")
-    for one in (*CLAIMS, *reproduction.settings(), *drawing.paper_values("slips")["slip"]):
-        for kind, number in re.findall(r"(section|appendix) ([A-H1-5](?:\.\d)?)", one["place"]):
-            assert number in numbers[kind], one["place"]
+    for entry in (*CLAIMS, *reproduction.settings(), *drawing.paper_values("slips")["slip"]):
+        for heading, number in re.findall(r"(section|appendix) ([A-H1-5](?:\.\d)?)", entry["place"]):
+            assert number in numbers[heading], entry["place"]
     placed = {claim["says"]: claim["place"] for claim in CLAIMS}
     assert placed["epochs any model needed, at most"] == "appendix D"
     assert placed["best conditioning of M4"].endswith("appendix C")
@@ -75,11 +75,11 @@ def test_tolerances_and_places_of_claims_are_those_of_the_paper():
 
 def test_no_number_of_a_text_claim_is_transcribed_twice():
     paper = {name: drawing.paper_values(name) for name in ("dataset", "reference_model", "cost")}
-    known = {(name, key): value for name, values in paper.items() for key, value in values.items()}
+    numbers = {(name, key): value for name, values in paper.items() for key, value in values.items()}
     written = [claim for claim in paper_claims() if "value" in claim]
     once = {"dataset": ("trajectories", "cpu_hours"), "reference_model": ("mse", "mae"), "cost": ("surrogate_seconds",)}
     for key in [(name, key) for name, keys in once.items() for key in keys]:
-        assert [claim["says"] for claim in written if claim["value"] == known[key]] == [], key
+        assert [claim["says"] for claim in written if claim["value"] == numbers[key]] == [], key
     with pytest.raises(ValueError, match="received 'dataset:nothing'"):
         stated("dataset:nothing")
     assert with_stated("{cost:surrogate_seconds} s") == "0.16 s"
@@ -114,11 +114,11 @@ def test_settings_and_our_own_numbers_are_not_counted(results):
     assert "batch size" not in findings
     text = reproduction_report.report(results)
     (recipe,) = [line for line in text.splitlines() if line.startswith("| recipe |")]
-    paper, here = recipe.split(" | ")[2:4]
+    paper, ours = recipe.split(" | ")[2:4]
     assert "batch size 8" in paper
-    assert "batch size" not in here
-    assert "epochs, at most 100" in here
-    assert "optimizer not yet" in here
+    assert "batch size" not in ours
+    assert "epochs, at most 100" in ours
+    assert "optimizer not yet" in ours
     counted = sum(finding.counted for finding in findings.values())
     assert f"{counted} numbers:" in text
     assert text.index("## Beyond the paper") > text.index("## Crack velocities")
@@ -126,8 +126,8 @@ def test_settings_and_our_own_numbers_are_not_counted(results):
 
 def test_models_trained_otherwise_are_reported_beside(results):
     sentence = "M2-concat is left out."
-    content = {"models": {}, "beside": {"M1-concat-inputs-C": {"mse": 2e-4}}, "outdated": {"M2-concat": sentence}}
-    results.read["model_comparison"] = content
+    study = {"models": {}, "beside": {"M1-concat-inputs-C": {"mse": 2e-4}}, "outdated": {"M2-concat": sentence}}
+    results.read["model_comparison"] = study
     text = reproduction_report.report(results)
     assert sentence in text
     (line,) = [line for line in text.splitlines() if "from the inputs C: held-out MSE" in line]
@@ -156,9 +156,9 @@ def test_what_is_not_computed_yet_is_said_to_be_missing(results):
 def test_numbers_come_from_result_files(tmp_path):
     path = tmp_path / "studies" / "error_statistics.json"
     path.parent.mkdir()
-    found = {"trajectories": 1245, "overall": {"hysteresis_percent": {"median": 0.5}}, "quartiles": {}}
-    content = {"overall": {"hysteresis_percent": {"median": 0.3}}, "by_paper_recipe": found}
-    path.write_text(json.dumps(content), encoding="utf-8")
+    by_recipe = {"trajectories": 1245, "overall": {"hysteresis_percent": {"median": 0.5}}, "quartiles": {}}
+    study = {"overall": {"hysteresis_percent": {"median": 0.3}}, "by_paper_recipe": by_recipe}
+    path.write_text(json.dumps(study), encoding="utf-8")
     text = reproduction_report.report(reproduction.Results(tmp_path, tmp_path))
     (line,) = [line for line in text.splitlines() if line.startswith("| median hysteresis error")]
     assert "| 1.1 % | 0.5 % | 0.3 % | 0.45 | 25 % | **better** |" in line
@@ -213,8 +213,8 @@ def test_every_ranking_of_the_report_is_one_of_the_study_and_guessed_sizes_are_m
         "d_better_than_c",
     }
     for claim in RANKED:
-        first, known = contenders(claim)
-        assert first in known
+        first, by_label = contenders(claim)
+        assert first in by_label
     text = reproduction_report.report(results)
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
     assert "**not yet** ‡" in lines["best conditioning of M2"]
@@ -234,8 +234,8 @@ def test_every_ranking_of_the_report_is_one_of_the_study_and_guessed_sizes_are_m
 def test_beside_a_ranking_stands_what_the_seeds_of_our_recipe_decide(decision, ours, results):
     (claim,) = (claim for claim in RANKED if claim["ranking"] == "best_model")
     ranked = {"paper": "M1-concat", "first": "M6-concat", "level": ["M1-concat", "M1-FiLM"], "decision": decision}
-    content = {"claims": {"best_model": ranked}} if decision else None
-    results.read = {"model_comparison": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
+    study = {"claims": {"best_model": ranked}} if decision else None
+    results.read = {"model_comparison": {"comparison": {"best": "M1-FiLM"}}, "ranking": study}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours, finding.by_ours) == ("not yet", None, ours)
     assert finding.why == "`make models RECIPE=paper` trains what is missing: 18."
