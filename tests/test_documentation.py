@@ -36,7 +36,7 @@ def test_the_examples_of_the_guide_run(page, code, capsys):
 
 
 @pytest.mark.slow
-def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behind(tmp_path):
+def test_guide_to_own_architecture_works(tmp_path):
     page = (ROOT / "docs/train.md").read_text(encoding="utf-8")
     text = page.split("## An architecture of your own")[1].split("\n## ")[0]
     (tmp_path / "my_model.py").write_text(textwrap.dedent(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]))
@@ -68,7 +68,7 @@ def test_each_tutorial_runs(tutorial, tmp_path):
     assert not re.search(r"\bnan\b", done.stdout)
 
 
-def test_the_tutorials_show_a_picture_each_and_are_listed():
+def test_tutorials_are_listed_with_pictures():
     assert len(TUTORIALS) == 9
     for tutorial in TUTORIALS:
         code = tutorial.read_text(encoding="utf-8")
@@ -99,7 +99,7 @@ def test_the_files_it_names_exist():
             assert (ROOT / path).is_file(), f"{page.name}: {path}"
 
 
-def test_every_data_file_has_its_licence_in_the_table():
+def test_data_files_have_a_licence():
     table = (ROOT / "docs/index.md").read_text(encoding="utf-8").split("## Licences")[1]
     rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and "`" in line]
     licences = {pattern: row[1] for row in rows for pattern in re.findall(r"`([^`]+)`", row[0])}
@@ -119,7 +119,7 @@ def test_every_data_file_has_its_licence_in_the_table():
     assert used == set(licences)
 
 
-def test_a_function_with_parameters_states_what_it_returns():
+def test_public_functions_state_returns():
     loader = griffe.GriffeLoader(search_paths=[ROOT])
     nodes = [loader.load(package) for package in ("bem", "surrogate")]
     names = {
@@ -145,7 +145,7 @@ def test_a_function_with_parameters_states_what_it_returns():
 
 
 @pytest.mark.slow
-def test_the_site_builds_without_a_broken_link(tmp_path):
+def test_site_builds_without_broken_links(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
     arguments = ("-m", "mkdocs", "build", "--config-file", ".mkdocs.yml", "--strict", "--quiet", "--site-dir", tmp_path)
     result = python(*arguments, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})

@@ -25,7 +25,7 @@ def test_an_unknown_place_is_refused(name):
         fill.filled(f"<!-- fill {name} -->?<!-- end -->")
 
 
-def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
+def test_dataset_cost_equals_figure_2():
     path = ROOT / "published/dataset.h5"
     seconds, milliseconds = float(data_card.core_seconds(path)), float(data_card.milliseconds(path))
     (drawn,) = drawing.figure(height=2.0).subplots(1, 1, squeeze=False).flat
@@ -34,7 +34,7 @@ def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
     assert 1e3 * seconds / int(data_card.trajectories(path).replace(",", "")) == pytest.approx(milliseconds, rel=0.05)
 
 
-def test_a_place_names_the_files_that_it_shows(tmp_path, monkeypatch):
+def test_fill_place_names_its_files(tmp_path, monkeypatch):
     monkeypatch.setattr(fill, "ROOT", tmp_path)
     line = "<!-- fill experiments.measurements.limits.contact_text a/measurements/limits.json -->{}<!-- end -->"
     with pytest.raises(FileNotFoundError, match="`make measure-limits` makes it"):
@@ -44,7 +44,7 @@ def test_a_place_names_the_files_that_it_shows(tmp_path, monkeypatch):
     assert "up to $\\mu = 0.50$<!-- end -->" in fill.filled(line.format("?"))
 
 
-def test_all_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path, monkeypatch, capsys):
+def test_documents_are_up_to_date(tmp_path, monkeypatch, capsys):
     assert {"README.md", "reproducing.md", "reproducibility.md", "cost.md"} <= {path.name for path in fill.documents()}
     monkeypatch.chdir(tmp_path)
     fill.main(check=True)

@@ -28,7 +28,7 @@ def targets():
     return set(re.findall(r"^  ([a-z0-9-]+) ", make("-s", "help-all").stdout, flags=re.MULTILINE))
 
 
-def test_targets_of_the_paper_data_models_and_development_keep_their_names(targets):
+def test_targets_keep_their_names(targets):
     """Those of figures and tables are the names of their modules."""
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
@@ -40,7 +40,7 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     assert targets - captions().keys() == set(expected.split())
 
 
-def test_help_is_one_screen_and_shows_first_what_rests_on_published_results(targets):
+def test_help_is_one_screen(targets):
     shown = make("-s", "help").stdout
     first, *groups = re.split(r"^\S.*$", shown, flags=re.MULTILINE)[2:-1]
     described = re.findall(r"^  (\S+)  ", first, flags=re.MULTILINE)
@@ -50,7 +50,7 @@ def test_help_is_one_screen_and_shows_first_what_rests_on_published_results(targ
 
 
 @pytest.mark.parametrize("pages", ["*.md", "docs/*.md", "bem/*.md"])
-def test_documents_name_targets_and_measurements_that_exist(pages, targets):
+def test_documents_name_existing_targets(pages, targets):
     for page in set(ROOT.glob(pages)) - {ROOT / "CHANGELOG.md"}:
         text = page.read_text(encoding="utf-8")
         for target in {
@@ -89,20 +89,20 @@ def drawn(tmp_path_factory):
         ("paper_figures/style/drawing.py", "figure-1 table-models figure-peers", 38),
     ],
 )
-def test_a_change_makes_anew_what_was_made_from_it_and_little_else(changed, again, most, drawn):
+def test_changed_file_remakes_its_products(changed, again, most, drawn):
     output = commands(*drawn, *(["-W", changed] if changed else []))
     made = re.findall(r"-m (?:experiments|paper_figures) (\S+)", output)
     assert set(again.split()) <= set(made)
     assert len(made) <= most
 
 
-def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
+def test_studies_of_the_report_read_no_clock():
     for path in (*(ROOT / "experiments/paper").glob("*.py"), *(ROOT / "paper_figures").glob("*/*.py")):
         source = path.read_text(encoding="utf-8")
         assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
 
 
-def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(tmp_path):
+def test_other_models_keep_recipe_and_label(tmp_path):
     lines = " ".join(commands("more-models", f"OUT={tmp_path}/out", f"PUBLISHED={tmp_path}").split())
     campaign = re.search(r"bem campaign .*--out \S+/out/dataset/extra\.h5", lines)[0]
     assert "--design paper --seed 1 --count 112050" in campaign
@@ -122,7 +122,7 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
     assert "surrogate train M1-concat --label M1-concat-as-worded --recipe paper-as-worded " in worded
 
 
-def test_a_measurement_is_published_under_its_name(tmp_path):
+def test_measurement_keeps_its_file_name(tmp_path):
     lines = commands("measure-ways-to-call", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
     inputs = {"ways_to_call": "", "canonical_times": f"experiments/configs/canonical_times.toml {tmp_path}/models"}
     for name, paths in inputs.items():
@@ -132,7 +132,7 @@ def test_a_measurement_is_published_under_its_name(tmp_path):
     assert "-m experiments pull_off_place  --out bem/dataset/pull_off_place.json" in commands("measure-pull-off-place")
 
 
-def test_only_all_figures_and_tables_together_go_on_without_what_is_lacking():
+def test_only_paper_target_leaves_out():
     output = commands("paper", "cost-figures", "-B")
     for name in ("figure-1", "figure-ranking", "table-ranking"):
         assert re.search(rf"-m paper_figures {name} .* --out \S+ --leave-out\n", output)
@@ -167,7 +167,7 @@ def test_models_are_trained_two_at_a_time(status, tmp_path):
     assert (tmp_path / "SHA256SUMS").exists() == (not status)
 
 
-def test_a_part_of_the_data_set_is_not_published(tmp_path):
+def test_partial_data_set_is_not_published(tmp_path):
     def refused(*arguments):
         return "only all 12450" in make("-s", "require-full-dataset", *arguments, check=False).stderr
 
@@ -189,7 +189,7 @@ def python(tmp_path):
     return python
 
 
-def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
+def test_setup_announces_its_steps(python, tmp_path):
     first, *logs = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
     packages = len(
         re.findall(r"^\S+==", (ROOT / "requirements/work.lock").read_text(encoding="utf-8"), flags=re.MULTILINE)
@@ -217,7 +217,7 @@ def test_on_a_terminal_packages_are_counted(fails, python, tmp_path):
     assert not list((tmp_path / "scratch").iterdir())
 
 
-def test_a_small_installation_stays_small_and_grows_when_asked(python, tmp_path):
+def test_small_setup_stays_small(python, tmp_path):
     def run(*targets):
         return make(*targets, f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout
 

@@ -50,7 +50,7 @@ def isolated(site, code, cwd, **environment):
     return result.stdout.strip()
 
 
-def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
+def test_wheel_holds_packages_and_model(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     packaged = {name.rpartition("/")[2] for name in names if name.startswith("surrogate/models/M1-concat/")}
     assert packaged == MODEL
@@ -65,12 +65,12 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == {"bem", "surrogate"}
 
 
-def test_its_size_is_the_one_the_documents_state(wheel):
+def test_wheel_size_equals_the_documents(wheel):
     stated = re.search(r"about (\d+) MB of\s+wheel", (ROOT / "docs" / "install.md").read_text(encoding="utf-8"))
     assert round(wheel.stat().st_size / 1e6) == int(stated[1])
 
 
-def test_the_extras_and_ranges_are_in_the_metadata(site):
+def test_metadata_have_extras_and_ranges(site):
     (path,) = site.glob("*.dist-info/METADATA")
     metadata = Parser().parsestr(path.read_text(encoding="utf-8"))
     assert {"train", "cluster", "lab", "tables", "peers"} == set(metadata.get_all("Provides-Extra"))
@@ -89,7 +89,7 @@ OTHERS = sorted({path.name for path in PRETRAINED.glob("*")} - {"fast"})
 @pytest.mark.parametrize(
     "name", ["fast", *(pytest.param(model, marks=pytest.mark.slow) for model in ("M1-concat", *OTHERS))]
 )
-def test_an_installation_predicts_from_anywhere(site, tmp_path, name):
+def test_installation_predicts_from_anywhere(site, tmp_path, name):
     files = {path.name for path in (site / "surrogate" / "models" / name).iterdir()}
     assert files >= (set(FILES) if name != "M1-concat" else MODEL)
     printed = isolated(
@@ -123,19 +123,19 @@ for words in ("list", "export M1-concat --out copy.onnx"):
 """Without Keras, as in a plain installation."""
 
 
-def test_the_commands_find_the_packaged_model(site, tmp_path):
+def test_commands_find_the_packaged_model(site, tmp_path):
     assert re.search(r"^M1-concat +473,729 +\d", isolated(site, COMMANDS, tmp_path), flags=re.MULTILINE)
     packaged = site / "surrogate" / "models" / "M1-concat" / "model.onnx"
     assert (tmp_path / "copy.onnx").read_bytes() == packaged.read_bytes()
 
 
-def test_an_image_holds_no_file_that_git_ignores():
+def test_image_holds_no_ignored_file():
     ignored = {line.strip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()}
     left_out = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
     assert ignored <= {line.removeprefix("**/") for line in left_out}
 
 
-def test_the_development_container_is_a_stage_of_the_image():
+def test_dev_container_is_a_stage_of_image():
     text = (ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8")
     settings = json.loads(re.sub(r"^\s*//.*", "", text, flags=re.MULTILINE))
     image = (ROOT / ".devcontainer" / settings["build"]["dockerfile"]).read_text(encoding="utf-8")

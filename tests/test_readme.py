@@ -26,7 +26,7 @@ def test_it_fits_on_one_screen():
     assert len(README.splitlines()) < 60
 
 
-def test_the_solver_examples_print_what_they_say(capsys):
+def test_solver_examples_print_as_stated(capsys):
     examples = python_examples(SOLVER_README)
     expected = re.findall(r"^print\(.*\)  # (.*)$", "\n".join(examples), flags=re.MULTILINE)
     assert expected
@@ -34,7 +34,7 @@ def test_the_solver_examples_print_what_they_say(capsys):
 
 
 @pytest.mark.parametrize("program", [pytest.param("bem", marks=pytest.mark.slow), "surrogate"])
-def test_the_first_commands_answer_with_units(program, tmp_path):
+def test_first_commands_answer_with_units(program, tmp_path):
     (command,) = re.findall(rf"^\.venv/bin/{program} (.*)$", README, flags=re.MULTILINE)
     done = python("-m", program, *command.split(), cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, check=True)
     assert re.search(r"^pull-off force +7\.\d+ .*pi R dgamma$", done.stdout, flags=re.MULTILINE)

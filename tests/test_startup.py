@@ -19,17 +19,17 @@ def loaded_by(source, **environment):
     return set(subprocess.run([sys.executable, "-c", code], **options).stdout.split())
 
 
-def test_importing_the_package_and_its_command_loads_nothing_heavy():
+def test_imports_load_nothing_heavy():
     assert not loaded_by("import bem.cli.app") & HEAVY
 
 
-def test_simulating_loads_neither_files_nor_pictures_nor_learning():
+def test_simulation_loads_few_modules():
     assert not loaded_by(SIMULATED) & {"h5py", "joblib", "matplotlib", "tensorflow", "keras"}
     source = "from bem import *; import surrogate, surrogate.cli.app; surrogate.names()"
     assert not loaded_by(source) & {"tensorflow", "keras"}
 
 
-def test_reading_a_data_set_compiles_no_kernel(tmp_path):
+def test_reading_data_sets_compiles_nothing(tmp_path):
     path = ROOT / "published" / "dataset.h5"
     read = f"from surrogate.data.dataset import TrajectoryDataset; TrajectoryDataset.load({str(path)!r})"
     assert not loaded_by(read, NUMBA_CACHE_DIR=str(tmp_path)) & {"keras", "tensorflow", "joblib", "matplotlib"}

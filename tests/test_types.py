@@ -50,7 +50,7 @@ number: int = model.predict_history(np.zeros((1, 3)), np.zeros((1, 3)), scene)  
 
 
 @pytest.mark.slow
-def test_a_type_checker_refuses_wrong_calls_and_passes_right_ones(tmp_path):
+def test_type_checker_refuses_wrong_calls(tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM, encoding="utf-8")
     # As installed packages: their own errors are not the user's.
     options = ["--config-file=", "--follow-imports=silent", "--ignore-missing-imports", "--no-pretty"]

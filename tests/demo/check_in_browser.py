@@ -46,7 +46,7 @@ def test_numbers_are_those_of_python(browsed, model, moment):
         assert float(seen["shown"][tile].replace("−", "-")) == expected
 
 
-def test_dragging_moves_what_it_should_and_the_keyboard_is_enough(browsed):
+def test_dragging_and_keys_move_the_protocol(browsed):
     start, dragged = (browsed[moment]["protocol"] for moment in ("start", "dragged"))
     assert {name for name in QUANTITIES if start[name] != dragged[name]} == {"tabor", "loading_rate", "dwell_time"}
     assert float(dragged["tabor"]) > float(start["tabor"])
@@ -59,7 +59,7 @@ def test_dragging_moves_what_it_should_and_the_keyboard_is_enough(browsed):
     assert float(browsed["typed"]["protocol"]["unloading_rate"]) == 123.4
 
 
-def test_downloaded_history_is_that_of_python(browsed, model, folder):
+def test_downloaded_history_equals_python(browsed, model, folder):
     rows = table(folder / "dragged.csv")
     (trajectory,) = python(model, [browsed["dragged"]["protocol"]])
     (edge,) = edge_from_counts(FMS, 1)
@@ -75,7 +75,7 @@ def test_downloaded_history_is_that_of_python(browsed, model, folder):
     assert "solver_force" not in rows[0]
 
 
-def test_errors_of_the_solver_curves_are_stated_and_one_is_overlaid(browsed, model, curves, folder):
+def test_errors_of_solver_curves_are_stated(browsed, model, curves, folder):
     forces = {curve["name"]: curve["force"] for curve in curves["curves"]}
     trajectories = python(model, [curve["protocol"] for curve in curves["curves"]])
     expected = nmae(np.array([trajectory.force for trajectory in trajectories]), np.array([*forces.values()]))
@@ -104,7 +104,7 @@ def test_link_shares_state_view_and_units(browsed):
     assert browsed["sketch"] == 200
 
 
-def test_laboratory_units_are_those_of_the_laboratory_package(browsed, folder):
+def test_units_are_those_of_bem_lab(browsed, folder):
     seen = browsed["laboratory"]
     quantities = {name: float(value) for name, value in seen["protocol"].items()}
     # Poisson's ratio belongs to the modulus here: the page takes the plane-strain one.
@@ -129,14 +129,14 @@ def test_laboratory_units_are_those_of_the_laboratory_package(browsed, folder):
         np.testing.assert_allclose(column(rows, name), unit * column(rows, name.partition("_")[0]), rtol=1e-9)
 
 
-def test_a_number_out_of_range_is_marked_and_an_unusable_one_refused(browsed, model):
+def test_numbers_out_of_range_are_marked(browsed, model):
     assert model.scaling.ranges["tabor"][1] < 5
     assert browsed["outside"]["extrapolation"].endswith("in Tabor parameter.")
     assert browsed["preset"]["extrapolation"] is None
     assert browsed["refused"].startswith("Give a number from")
 
 
-def test_page_keeps_to_itself_is_quiet_and_narrow_and_gives_pictures(browsed, folder):
+def test_page_is_quiet_and_makes_pictures(browsed, folder):
     assert browsed["foreign"] == []
     assert browsed["errors"] == []
     assert browsed["isolated"] is False
@@ -147,7 +147,7 @@ def test_page_keeps_to_itself_is_quiet_and_narrow_and_gives_pictures(browsed, fo
     assert browsed["pngName"].endswith(".png")
 
 
-def test_focused_control_is_in_sight_on_a_phone(browsed):
+def test_focused_control_is_visible_on_phone(browsed):
     assert browsed["hidden"] == {window: [] for window in browsed["hidden"]}
     assert browsed["stays"] == {window: window in ("390x844", "375x667") for window in browsed["hidden"]}
     for window in ("390x844", "375x667", "667x375", "844x390"):
@@ -157,7 +157,7 @@ def test_focused_control_is_in_sight_on_a_phone(browsed):
 
 
 @pytest.mark.parametrize("window", ["desk", "phone", "dark"])
-def test_the_contact_is_seen_from_its_approach_to_its_release(browsed, curves, window):
+def test_film_runs_from_approach_to_release(browsed, curves, window):
     seen = browsed["film"][window]
     pull_off = next(curve for curve in curves["curves"] if curve["name"] == "paper-4")["results"]["pull_off_force"]
     force = float(seen["start"]["words"].rpartition("P ")[2].replace("−", "-"))
@@ -170,7 +170,7 @@ def test_the_contact_is_seen_from_its_approach_to_its_release(browsed, curves, w
     assert seen["findings"] == []
 
 
-def test_offline_once_loaded_and_so_is_another_copy_on_the_origin(browsed):
+def test_two_copies_work_offline_once_loaded(browsed):
     before, after = browsed["offline"]["before"], browsed["offline"]["after"]
     assert after["protocol"] == before["protocol"]
     assert after["values"]["pull-off-force"] == before["values"]["pull-off-force"]
@@ -225,7 +225,7 @@ def test_trouble_is_told_in_a_sentence(browsed, trouble):
         ("model=fast&modulus_ratio=2", "The link gives modulus_ratio = “2”, which is no usable number."),
     ],
 )
-def test_unusable_link_is_refused_in_a_sentence(browsed, fragment, sentence):
+def test_unusable_link_gives_one_sentence(browsed, fragment, sentence):
     """The driver also waits for the sentence to go with the next change."""
     seen = browsed["badLinks"][fragment]
     assert seen["message"].startswith(sentence)

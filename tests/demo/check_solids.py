@@ -55,7 +55,7 @@ def test_numbers_are_those_of_python(seen, folder, model, case):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_errors_of_every_curve_are_those_of_python(seen, solid_curves, model):
+def test_errors_of_curves_equal_python(seen, solid_curves, model):
     expected = python(surrogate.load(model), [curve["protocol"] for curve in solid_curves])
     names, errors, pull_offs = zip(*seen["lists"][model], strict=True)
     assert list(names) == [curve["name"] for curve in solid_curves]
@@ -66,7 +66,7 @@ def test_errors_of_every_curve_are_those_of_python(seen, solid_curves, model):
     np.testing.assert_allclose(pull_offs, ours, atol=100 * TOLERANCE)
 
 
-def test_the_modulus_ratio_is_fixed_where_the_model_knows_one(seen):
+def test_single_modulus_ratio_is_fixed(seen):
     assert seen["before"]["fixed"] == seen["back"]["fixed"] == [["modulus_ratio", "0.1"]]
     assert seen["before"]["interval"] is seen["back"]["interval"] is None
     assert "modulus_ratio" not in seen["back"]["protocol"]
@@ -77,12 +77,12 @@ def test_the_modulus_ratio_is_fixed_where_the_model_knows_one(seen):
     assert seen["again"]["protocol"] == seen["keyed"]["protocol"]
 
 
-def test_of_models_chosen_in_a_hurry_the_last_one_stays(seen):
+def test_last_of_models_chosen_fast_stays(seen):
     assert seen["hurried"]["model"] == {"link": "accurate", "chosen": "accurate", "named": "accurate"}
     assert seen["hurried"]["interval"] is not None
 
 
-def test_outside_the_training_the_interval_says_so(seen):
+def test_interval_says_outside_training(seen):
     outside = seen["outside"]
     assert outside["interval"] == ["-Infinity", "Infinity", "90 %: unbounded, outside the training"]
     assert outside["extrapolation"].endswith(
@@ -91,7 +91,7 @@ def test_outside_the_training_the_interval_says_so(seen):
     assert seen["refused"] == "Give a number from 0.00001 to 1."
 
 
-def test_a_solver_curve_comes_with_its_residual(seen, folder, solid_curves):
+def test_solver_curve_has_a_residual(seen, folder, solid_curves):
     shown = seen["solid"]
     assert shown["picked"] == "solid-3"
     curve = next(candidate for candidate in solid_curves if candidate["name"] == "solid-3")
@@ -151,7 +151,7 @@ def test_a_link_opens_the_same_on_a_phone(seen):
         ("curves", "The solver curves could not be read: ./solids.json is not what experiments.demo_curves writes."),
     ],
 )
-def test_a_model_that_cannot_be_had_leaves_the_one_before(seen, trouble, sentence):
+def test_unavailable_model_keeps_the_former(seen, trouble, sentence):
     message = seen["failing"][trouble]
     assert message["said"] == f"{sentence} The model before stays."
     assert message["kept"] == "model-paper"

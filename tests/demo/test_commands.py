@@ -12,7 +12,7 @@ def test_no_model_is_a_failure():
     assert done.stderr.startswith("The demonstrator cannot be tested: no/such.onnx is missing; export it with")
 
 
-def test_a_tool_has_the_same_colour_as_in_all_other_pictures():
+def test_tool_colours_equal_those_of_figures():
     styles = (ROOT / "demo" / "src" / "styles.css").read_text(encoding="utf-8")
     light = dict(re.findall(r"--(\w+): (#\w{6});", styles.partition("@media")[0]))
     tools = ("solver", "M1", "fast", "accurate")

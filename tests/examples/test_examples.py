@@ -64,12 +64,12 @@ def test_design_unloading(model):
     assert 1e-3 <= plan.dwell_time <= 3.0
 
 
-def test_design_says_when_a_wish_cannot_be_met(model):
+def test_design_refuses_unreachable_force(model):
     with pytest.raises(RuntimeError, match="no unloading rate in the trained range"):
         example("design_unloading").design(model, wanted=500.0, steps=2)
 
 
-def test_gradients_see_the_channels_the_predictor_sees(model):
+def test_gradient_channels_equal_predictor(model):
     import tensorflow as tf
 
     from bem.dataset.measurement_steps import measurement_grid
@@ -105,6 +105,6 @@ def test_the_measured_curve_on_tissue():
     assert result.curve.force.max() == pytest.approx(curve.force.max(), rel=0.05)
 
 
-def test_the_curve_names_its_source_and_its_licence():
+def test_curve_names_source_and_licence():
     assert "afmformats" in (EXAMPLES / "measured_tissue.csv").read_text(encoding="utf-8")
     assert "MIT License" in (EXAMPLES / "measured_tissue.LICENSE").read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ TRACKED, SOLIDS = (
 )
 
 
-def test_spread_takes_the_nearest_free_protocol_over_magnitudes():
+def test_spread_takes_nearest_free_protocol():
     corners = np.array([1.0, 10.0])
     grid = np.stack(np.meshgrid(*[corners] * 5), axis=-1).reshape(-1, 5)
     protocols = dict(zip(QUANTITIES, grid.T, strict=True))
@@ -37,7 +37,7 @@ def test_spread_takes_the_nearest_free_protocol_over_magnitudes():
         demo_curves.spread(protocols, 4)
 
 
-def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
+def test_tracked_curves_are_published_ones():
     """Fails when the data set was published anew: run `make demo-curves`."""
     dataset = TrajectoryDataset.load(ROOT / demo_curves.DATASET)
     assert TRACKED["dataset_sha256"] == dataset.sha256
@@ -56,7 +56,7 @@ def test_tracked_curves_are_of_the_published_data_set_and_the_papers_samples():
     assert [curve["protocol"] for curve in curves] == [{name: row[name] for name in QUANTITIES} for row in rows]
 
 
-def test_a_sample_and_a_solid_are_simulated_on_their_steps():
+def test_curves_are_simulated_on_their_steps():
     curve = demo_curves.simulated_curve(TRACKED["curves"][11], measurement_grid)
     assert curve["results"]["pull_off_force"] == pytest.approx(
         TRACKED["curves"][11]["results"]["pull_off_force"], rel=5e-3
@@ -72,7 +72,7 @@ def test_a_sample_and_a_solid_are_simulated_on_their_steps():
     assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
-def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
+def test_tracked_solids_have_contacts():
     """Fails when one of the two files was written alone: run `make demo-curves`."""
     assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
     assert tuple(SOLIDS["counts"]) == PHYSICAL
@@ -97,7 +97,7 @@ def test_tracked_solids_are_the_same_protocols_and_others_and_have_contacts():
     assert path.stat().st_size < 400_000
 
 
-def test_a_contact_lies_on_the_sphere_where_it_is_pressed():
+def test_pressed_contact_lies_on_the_sphere():
     curve = SOLIDS["curves"][3]
     film = demo_curves.contact(curve)
     shape = len(film["times"]), demo_curves.NODES
@@ -118,7 +118,7 @@ def test_a_contact_lies_on_the_sphere_where_it_is_pressed():
 
 
 @pytest.mark.parametrize("name", ["fast", "accurate"])
-def test_tracked_models_are_the_published_ones(name):
+def test_tracked_models_are_published_ones(name):
     """Fails when the models were trained anew: run `make demo-models`."""
     written = banded_content(surrogate.load(name))
     tracked = (ROOT / "demo" / "public" / f"{name}.onnx").read_bytes()

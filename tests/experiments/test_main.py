@@ -18,13 +18,13 @@ def run(monkeypatch, capsys, *arguments):
 
 
 @pytest.mark.parametrize("name", ["soak", "persson_brener"])
-def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
+def test_help_of_a_study_shows_its_usage(name, monkeypatch, capsys):
     code, output = run(monkeypatch, capsys, name, "--help")
     assert code == 0
     assert f"Usage: python -m experiments {name} " in output.out
 
 
-def test_the_help_without_a_name_lists_the_studies(monkeypatch, capsys):
+def test_help_without_name_lists_studies(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["python", "--help"])
     main()
     assert capsys.readouterr().out.splitlines()[-1] == f"Studies: {', '.join(studies())}"
@@ -50,7 +50,7 @@ def test_an_unknown_study_is_one_sentence(name, monkeypatch, capsys):
         (["amortisation", "a/studies/b.json", "d", "e"], "'a/studies/b.json' not found; `make studies` makes it"),
     ],
 )
-def test_inputs_and_options_are_those_of_the_study(arguments, message, monkeypatch, capsys):
+def test_inputs_and_options_of_a_study(arguments, message, monkeypatch, capsys):
     code, output = run(monkeypatch, capsys, *arguments)
     assert (code, message in output.err) == (2, True)
 

@@ -37,7 +37,7 @@ def test_moved_tables_keep_their_numbers(tmp_path):
     assert read_identity(folder).recipe == {"name": "older"}
 
 
-def test_a_new_training_replaces_the_moved_tables(tmp_path):
+def test_new_training_replaces_moved_tables(tmp_path):
     folder = model(tmp_path / "M1-concat")
     move_tables(tmp_path)
     (folder / "test_errors.csv").write_text(ERRORS.replace("0.1", "0.2"))

@@ -15,7 +15,7 @@ FIGURES = [name for name, module in modules().items() if not module.startswith("
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
+def test_caption_states_differences(name, tmp_path):
     text = caption(name, [tmp_path / "some.json"])
     assert text.startswith("# ")
     for heading in ("**Shown.** ", "**Data.** ", "**Different from the paper.** "):
@@ -24,12 +24,12 @@ def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
     assert f"`make {name}`" in text
 
 
-def test_a_figure_without_a_caption_is_told_where_it_belongs():
+def test_missing_caption_is_refused():
     with pytest.raises(ValueError, match=r"Expected a table \[figure-mine\] with a text `shown` in .*captions.toml"):
         caption("figure-mine", [])
 
 
-def test_a_caption_belongs_beside_each_figure(tmp_path):
+def test_each_figure_has_a_caption_beside(tmp_path):
     figures, tables = tmp_path / "figures", tmp_path / "tables"
     products = {"a": drawing.figure(height=2.0), "n": Table(["n"], [["1"]], "."), "b": drawing.figure(height=2.0)}
     assert save(products, figures / "figure-1.pdf") == [figures / "a.md", figures / "b.md"]
@@ -65,7 +65,7 @@ def test_an_unknown_figure_is_refused(tmp_path, monkeypatch, capsys):
     assert "received 'figure-0'" in capsys.readouterr().err
 
 
-def test_learning_curves_are_drawn_where_a_model_with_them_is_published():
+def test_learning_curves_of_published_models():
     assert figure_learning_curves.compose(comparison(["M1-concat", "M4-gated"])).axes[1].lines
     with pytest.raises(FileNotFoundError, match="no FiLM or gated model is published; `make models` trains them"):
         figure_learning_curves.compose(comparison(["M1-concat", "M2-concat"]))

@@ -4,7 +4,7 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import names
 
 
-def test_each_model_looks_the_same_everywhere_and_none_like_the_papers():
+def test_each_model_has_one_look():
     looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in names()}
     assert len(looks) == 18
     assert models_style.marker("M1-concat")["marker"] == "^"
@@ -28,7 +28,7 @@ def test_missing_models_are_named():
     )
 
 
-def test_seeds_are_stated_once_if_all_models_have_the_same_number():
+def test_equal_numbers_of_seeds_stated_once():
     def ranked(**seeds):
         return {"models": {name: [{}] * count for name, count in seeds.items()}}
 

@@ -25,7 +25,7 @@ SEVERAL = {
 
 
 @pytest.mark.parametrize("name", modules())
-def test_what_there_is_is_drawn_and_fit_for_print(name, tmp_path):
+def test_figures_are_fit_for_print(name, tmp_path):
     """From the results of this repository, as far as these are there; what is published is."""
     compose = import_module(modules()[name]).compose
     try:
@@ -70,7 +70,7 @@ def test_every_tool_has_a_colour_of_its_own():
 
 
 @pytest.mark.parametrize(("largest", "between"), [(50.0, True), (1e5, False)])
-def test_only_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(largest, between):
+def test_short_log_axes_have_minor_ticks(largest, between):
     axes = drawing.figure(height=2.0).subplots()
     axes.set(xscale="log", xlim=(1.0, largest))
     drawing.log_labels(axes.xaxis)

@@ -48,7 +48,7 @@ def cost(trained, tmp_path_factory):
         return plain(accuracy_cost.study(DATASET, trained, count=3, repeats=2, finest=20, jobs=1))
 
 
-def test_every_tool_is_measured_and_missing_models_are_named(cost, trained):
+def test_all_tools_are_measured(cost, trained):
     measured = {(tool["kind"], tool["setting"]): tool for tool in cost["tools"]}
     first, *solver, paper = list(measured)[:4]
     assert (first, [setting for _, setting in solver]) == (("measurement steps", ""), ["0.05", "draft"])
@@ -72,7 +72,7 @@ def test_every_tool_is_measured_and_missing_models_are_named(cost, trained):
     assert any(crossing["surrogate"] == "M1-concat, ONNX batch" for crossing in later["break_even"])
 
 
-def test_a_tool_is_judged_by_medians_against_its_own_protocols(monkeypatch):
+def test_tools_are_reported_by_medians(monkeypatch):
     exact = np.random.default_rng(0).random((3, 122))
     seconds = np.array([[1.0], [2.0], [9.0]])
     assert accuracy_cost.report("any", "", exact[:1], seconds, exact[:1])["seconds"]["median"] == 2.0
@@ -82,7 +82,7 @@ def test_a_tool_is_judged_by_medians_against_its_own_protocols(monkeypatch):
     assert (row["kind"], row["protocols"], row["errors"]["force"]["largest"]) == ("closed form", 1, 0.0)
 
 
-def test_held_out_cases_are_those_of_the_data_set_and_the_call_is_timed_whole(dataset):
+def test_held_out_cases_are_of_the_data_set(dataset):
     (case,) = held_out(1, dataset)
     data = TrajectoryDataset.load(dataset)
     assert case.scene.tabor == data.protocols["tabor"][data.split(0).test[0]]
@@ -91,7 +91,7 @@ def test_held_out_cases_are_those_of_the_data_set_and_the_call_is_timed_whole(da
     assert np.isnan(answer).all()
 
 
-def test_refined_answers_belong_to_their_solver_accuracy_and_cases(dataset, tmp_path, monkeypatch):
+def test_refined_answers_depend_on_cases(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "KEPT", tmp_path)
     monkeypatch.setattr(tools, "in_parallel", lambda _, tasks, **__: [[tools.EXACT_TARGET] * 122 for _ in tasks])
     first, second = held_out(2, dataset)
@@ -114,7 +114,7 @@ def write_model(folder, dataset):
             (folder / name).write_text(folder.name, encoding="utf-8")
 
 
-def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path):
+def test_seconds_of_retrained_models_dropped(dataset, tmp_path):
     folder = tmp_path / "models"
     for name in ("M1-concat", "M1-FiLM", "M1-gated", "M2-concat"):
         write_model(folder / name, dataset)
@@ -131,7 +131,7 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     assert costs["unmeasured"] == ["M2-concat"]
 
 
-def test_a_loop_has_an_area_whichever_way_it_turns_and_a_batch_is_shared_out(monkeypatch):
+def test_loop_area_has_no_direction(monkeypatch):
     depth, force = np.r_[np.linspace(0.0, 1.0, 60), np.linspace(1.0, 0.0, 60)], np.repeat([2.0, 0.0], 60)
     answers = tools.from_steps(np.array([force, force[::-1]]), np.array([depth, depth]))
     assert answers[:, 1] == pytest.approx(2.0)
@@ -159,13 +159,13 @@ def made_case(tabor, depth, rate, dwell=0.1, unloading=None):
         (made_case(1.0, 2.0, 0.1, unloading=1e3), set()),
     ],
 )
-def test_closed_forms_are_asked_in_their_regime_only(case, inside):
+def test_closed_forms_answer_in_their_regime(case, inside):
     assert {form.name for form in closed_forms.FORMS if form.meant_for(case)} >= inside
     if not inside:
         assert not any(form.meant_for(case) for form in closed_forms.FORMS)
 
 
-def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
+def test_closed_forms_agree_with_the_solver():
     forms = {form.name: form for form in closed_forms.FORMS}
     slow, fast, short = made_case(1.0, 80.0, 0.1), made_case(1.0, 80.0, 1e4, 1e-3), made_case(3.0, 20.0, 1.0, 3.0)
     for name, case in (("Hertz, rubbery", slow), ("Hertz, glassy", fast), ("Lee and Radok, until the peak", fast)):
@@ -178,7 +178,7 @@ def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
     assert np.isnan(force).all()
 
 
-def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
+def test_break_even_is_where_lines_cross(cost, dataset, tmp_path):
     costs = training_costs.study_amortisation(cost, dataset, tmp_path / "no models")
     crossing = next(c for c in costs["break_even"] if c["solver"] == "paper's solver")
     paper = {line["name"]: line for line in costs["lines"]}

@@ -3,7 +3,7 @@
 from experiments.measurements import harness, limits
 
 
-def test_processor_seconds_are_those_of_the_command_alone():
+def test_seconds_are_of_the_command_alone():
     sum(number**2 for number in range(3_000_000))  # of this process
     assert 0.05 < harness.of_command("--version")[1] < 2.0
 
@@ -12,6 +12,6 @@ def test_a_prescribed_force_is_met():
     assert 0.0 < limits.force_error(1, count=3) < 1e-3
 
 
-def test_the_first_elastic_contact_costs_most():
+def test_first_elastic_contact_costs_most():
     seconds = {"elastic": [{"seconds": 0.05}, {"seconds": 5e-4}]}
     assert limits.elastic_text(seconds).startswith("50 ms of processor time the first time, 0.5 ms afterwards")

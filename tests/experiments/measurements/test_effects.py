@@ -12,7 +12,7 @@ from experiments.measurements.effect_pairs import Effects
 KINDS = [f"{name}, {solid}" for name in ("DMT-like", "JKR-like") for solid in ("elastic", "one relaxation")]
 
 
-def test_curves_are_over_depth_in_units_of_all_scenes(monkeypatch):
+def test_curves_share_units_over_depth(monkeypatch):
     numbers = {"indentation": np.array([0.4]), "force": None, "time": None, "pull_off_force": 1.5}
     monkeypatch.setattr(effects, "simulate", lambda *_: types.SimpleNamespace(**numbers))
     assert effects.curve("any", Scene(0.2))["depth"] == pytest.approx([2.0])
@@ -34,7 +34,7 @@ def test_limits_and_errors_of_stand_ins():
     assert stand_ins["recommended"] == "elastic rubbery, adhesive"
 
 
-def test_pairs_differ_in_one_effect_and_name_the_one_that_the_aim_limits():
+def test_pairs_differ_in_one_effect():
     pairs = effect_pairs.pairs()
     assert len(pairs) == 42
     for effect, limited, scene in pairs:
@@ -45,7 +45,7 @@ def test_pairs_differ_in_one_effect_and_name_the_one_that_the_aim_limits():
 
 
 @pytest.mark.parametrize("effects", effect_pairs.EVERY, ids=lambda effects: effects.name)
-def test_every_scene_completes_and_reaches_its_peak(effects):
+def test_scenes_complete_and_reach_the_peak(effects):
     scene, protocol = effect_pairs.case(effects, 1.0, 1.0)
     trajectory = simulate(scene, protocol)
     assert trajectory.completed
@@ -65,7 +65,7 @@ def test_recommendations_are_checked(name):
     assert (summary["cases"], summary["simplified"], summary["kept"]) == (1, row["simplified"], row["simplified"])
 
 
-def test_what_is_kept_is_counted_and_two_loads_are_at_the_rates_of_the_protocol():
+def test_summary_counts_kept_recommendations():
     full = {"simplified": False, "kept": None, "error": None, "ratio": None}
     simple = {"simplified": True, "kept": True, "error": 0.01, "ratio": 0.5, "full_seconds": 1.0}
     common = {"found_by": "estimate", "seconds": 0.1}

@@ -10,7 +10,7 @@ from experiments.measurements.harness import Clock, plain
 from experiments.measurements.statistics import force_error, spread
 
 
-def test_numbers_are_plain_and_spreads_and_errors_count_what_is_said():
+def test_plain_numbers_spreads_and_errors():
     values = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
     assert json.dumps(plain(values), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
     assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
@@ -22,7 +22,7 @@ def test_numbers_are_plain_and_spreads_and_errors_count_what_is_said():
     np.testing.assert_allclose(force_error(forces, exact), [0.125, np.nan])
 
 
-def test_a_compilation_during_the_first_item_is_not_expected_of_the_others(monkeypatch, capsys):
+def test_progress_ignores_first_compilation(monkeypatch, capsys):
     now = iter([0.0, 40.0, 41.0, *range(42, 141)])
     monkeypatch.setattr(harness, "SAID_EVERY", -1.0)
     monkeypatch.setattr(harness.time, "perf_counter", lambda: float(next(now)))
@@ -47,7 +47,7 @@ def work(clock, processor, wall):
     clock.wall += wall
 
 
-def test_seconds_are_the_processors_and_do_not_grow_when_others_compete(clock):
+def test_seconds_ignore_competing_programs(clock):
     assert harness.timed(lambda: work(clock, 2.0, 2.0), 2) == [2.0, 2.0]
     assert clock.share == 1.0
     assert harness.timed(lambda: work(clock, 2.0, 8.0), 2) == [2.0, 2.0]
@@ -62,7 +62,7 @@ def test_a_second_core_hides_nothing(clock):
     assert (clock.seconds, clock.share) == (0.5, 4.5 / 5.0)
 
 
-def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path, monkeypatch, capsys):
+def test_busy_measurement_is_not_published(clock, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(harness, "NOT_PUBLISHED", tmp_path / "kept")
     out = tmp_path / "times.json"
     harness.timed(lambda: work(clock, 1.0, 1.05), 3)
@@ -83,14 +83,14 @@ def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path,
 
 
 @pytest.mark.parametrize(("share", "runs"), [(0.6, 1), (0.4, 2)])
-def test_a_dear_tool_is_repeated_within_its_budget_only(share, runs, clock):
+def test_expensive_tool_runs_within_budget(share, runs, clock):
     calls, cost = [], share * harness.BUDGET
     answers, seconds = harness.run(lambda case: calls.append(case) or work(clock, cost, cost) or [case], [7], 5, "dear")
     assert (len(seconds), len(calls)) == (runs, runs + 1)
     assert (answers.tolist(), seconds.tolist()) == ([[7]], [[cost]] * runs)
 
 
-def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
+def test_calls_in_turn_give_medians_per_case(clock):
     order = []
 
     def called(name):
@@ -100,7 +100,7 @@ def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
     assert order[:4] == [("a", 0), ("b", 0), ("a", 0), ("b", 0)]  # the first round is not counted
 
 
-def test_only_a_measurement_may_hold_what_is_not_a_number_and_what_is_kept_is_not_computed_again(clock, tmp_path):
+def test_only_measurements_may_hold_nan(clock, tmp_path):
     harness.publish(tmp_path / "measurements" / "one.json", "one", {"a": np.nan}, busy=False)
     published = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
     assert published["a"] is None

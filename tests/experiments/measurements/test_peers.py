@@ -9,7 +9,7 @@ from bem.problem.tractions import traction
 from experiments.measurements import peers
 
 
-def test_the_top_of_a_parabola_and_the_force_beyond_a_square():
+def test_parabola_top_and_force_beyond_grid():
     x = np.linspace(-1.0, 1.0, 6)
     assert peers.highest(2.0 - 3.0 * (x - 0.1) ** 2) == pytest.approx(2.0)
     assert peers.highest(x) == 1.0

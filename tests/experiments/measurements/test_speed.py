@@ -7,7 +7,7 @@ from experiments.measurements.speed import ROOT, Solver, checkout, compared
 
 
 @pytest.mark.slow
-def test_a_solver_beside_itself_differs_in_nothing():
+def test_solver_has_no_error_against_itself():
     cells = compared((ROOT, ROOT), rows_of(drawn("inside", 2, 1)), "draft", 1)
     assert cells[0] == "draft"
     assert cells[-2:] == ["0.0e+00", "0.0e+00"]
@@ -21,7 +21,7 @@ def test_a_solver_from_elsewhere_is_refused(tmp_path):
     solver.close()
 
 
-def test_a_checkout_is_of_the_revision_and_goes():
+def test_checkout_has_the_revision_and_ends():
     with checkout("HEAD") as folder:
         assert (folder / "bem" / "__init__.py").is_file()
     assert not folder.exists()

@@ -26,7 +26,7 @@ def changed(data, **scalars):
     return Dataset(data.columns | columns, data.attributes, data.counts)
 
 
-def test_resolution_floor_is_what_the_steps_alone_cost(data):
+def test_resolution_floor_is_the_steps_error(data):
     unloading, times = data.force[:, 69:].astype(np.float64), data.grid()[0][:, 69:]
     time = 2.0 * times[np.arange(60), unloading.argmax(axis=1)]
     shifted = changed(data, pull_off_force=unloading.max(axis=1) / 0.75, pull_off_time=time)
@@ -35,7 +35,7 @@ def test_resolution_floor_is_what_the_steps_alone_cost(data):
     np.testing.assert_allclose(floor["pull_off_time"], 0.5)
 
 
-def test_statistics_name_the_file_and_percentiles_are_those_of_their_names(dataset, data):
+def test_dataset_statistics_and_percentiles(dataset, data):
     study = dataset_statistics.study(dataset)
     assert (study["trajectories"], study["completed"], study["distinct_protocols"]) == (60, 60, 60)
     assert study["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
@@ -48,14 +48,14 @@ def test_statistics_name_the_file_and_percentiles_are_those_of_their_names(datas
     assert percentiles == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
-def test_what_ends_above_the_far_field_is_still_attached(data):
+def test_end_above_far_field_is_attached(data):
     alone = dmt.rigid_force_from_indentation(default_start_indentation(data.protocols["tabor"]))
     ending = changed(data, end_force=np.where(FIRST, 4.1, 3.9) * alone)
     assert dataset_statistics.still_attached(ending).tolist() == FIRST.tolist()
     assert dataset_statistics.statistics(ending)["still_attached"] == 0.25
 
 
-def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, data, monkeypatch):
+def test_failed_trajectories_are_not_counted(dataset, data, monkeypatch):
     end = np.where(FIRST, np.nan, data.scalars["pull_off_force"])
     status = np.where(FIRST, FAILED, COMPLETED)
     failed = changed(data, status=status, jump_count=FIRST.astype(int), end_force=end)
@@ -64,7 +64,7 @@ def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, 
     assert list(inconsistencies.end_force(dataset).values()) == [1.0]
 
 
-def test_what_is_never_compressed_has_no_force_ratio(data):
+def test_uncompressed_has_no_force_ratio(data):
     compression = np.where(np.arange(60) < 7, 0.25, data.scalars["max_compression"])
     uncompressed = changed(data, max_compression=compression)
     before, after = (dataset_statistics.statistics(dataset)["never_compressed"] for dataset in (data, uncompressed))
@@ -73,7 +73,7 @@ def test_what_is_never_compressed_has_no_force_ratio(data):
     np.testing.assert_array_equal(dataset_statistics.force_ratio(uncompressed), expected[compression[7:] < 0.0])
 
 
-def test_the_report_is_of_the_published_data_set(tmp_path):
+def test_report_is_of_published_data_set(tmp_path):
     study = dataset_statistics.study(ROOT / "published" / "dataset.h5")
     write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", study)
     results = Results(tmp_path, ROOT / "published")

@@ -27,7 +27,7 @@ def write_model(folder, mse, **settings):
     return models.write_model(folder, mse, **{"dataset_sha256": DIGEST} | settings)
 
 
-def test_quartiles_are_ranked_by_mse_and_equally_large():
+def test_quartiles_are_equal_ranks_of_mse():
     mse = np.array([5.0, 1.0, 2.0, 8.0, 3.0, 7.0, 4.0, 6.0])
     assert error_statistics.quartile_of(mse).tolist() == [2, 0, 0, 3, 1, 3, 1, 2]
     errors = {name: np.arange(1.0, 9.0) for name in COLUMNS}
@@ -46,7 +46,7 @@ def write_errors(folder, rows):
 
 
 @pytest.mark.parametrize(("ended_by", "median"), [("recipe", 1.25), ("--epochs", None)])
-def test_errors_are_read_from_a_model_directory(ended_by, median, tmp_path, dataset):
+def test_errors_are_read_from_a_model_folder(ended_by, median, tmp_path, dataset):
     write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
     study = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
     assert (study["trajectories"], study["by_paper_recipe"]) == (8, None)
@@ -58,7 +58,7 @@ def test_errors_are_read_from_a_model_directory(ended_by, median, tmp_path, data
     assert again["overall"]["mse"]["median"] == pytest.approx(0.45)
 
 
-def test_errors_and_indices_of_another_held_out_part_or_data_set_are_refused(tmp_path, dataset):
+def test_errors_of_other_test_parts_refused(tmp_path, dataset):
     write_errors(write_model(tmp_path / "part", 1.0), range(8))
     with pytest.raises(ValueError, match=r"of the 2 trajectories .* received 8 others"):
         error_statistics.held_out_errors(tmp_path / "part", dataset)
@@ -88,7 +88,7 @@ def test_what_is_missing_names_the_command(tmp_path, dataset):
         model_comparison.study(tmp_path, dataset)
 
 
-def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, dataset):
+def test_missing_models_leave_ranking_open(tmp_path, dataset):
     write_model(tmp_path / "M1-concat", 2.0)
     write_model(tmp_path / "M1-gated", 1.0)
     study = model_comparison.study(tmp_path, dataset)
@@ -116,7 +116,7 @@ def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, 
     assert set(comparison["best_conditioning"].values()) == {conditioning}
 
 
-def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path, dataset):
+def test_models_trained_alike_are_compared(tmp_path, dataset):
     different = {
         "M1-FiLM": ("recipe", {"recipe": {"name": "other"}}),
         "M1-gated": ("split", {"split": SPLIT | {"test": [0, 1]}}),
@@ -145,7 +145,7 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
     assert sentences["M1-concat-large"].endswith(remove)
 
 
-def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
+def test_paper_recipe_summary_waits_for_all():
     def one(mse, hours):
         return {"validation_mse": 2.0 * mse, "epochs": int(hours), "ended_by": "recipe", "mse": mse}
 
@@ -173,7 +173,7 @@ def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
     assert paper["all_improve_over_a"] is None
 
 
-def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
+def test_own_family_stands_beside_the_18(tmp_path, dataset, monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     for name in names():
         write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
@@ -183,7 +183,7 @@ def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset
     assert study["comparison"]["best"] != "M7-concat"
 
 
-def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
+def test_variants_are_those_of_the_paper():
     config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"], "physical": ["D"]}
     variants = feature_variants(config, Path("p"))
     assert list(variants) == [("sets", "A"), ("sets", "D"), ("physical", "D")]
@@ -208,7 +208,7 @@ def test_variants_are_those_of_the_paper_and_differ_in_nothing_else():
 
 
 @pytest.mark.parametrize("path", sorted((common.CONFIGS / "smoke").glob("*.toml")), ids=lambda path: path.stem)
-def test_the_smoke_configuration_changes_keys_that_there_are(path, tmp_path):
+def test_smoke_configuration_has_known_keys(path, tmp_path):
     usual = common.read_config(common.CONFIGS / path.name)
     assert common.read_config(path).keys() == usual.keys()
     (tmp_path / path.name).write_text("one = 1\n", encoding="utf-8")

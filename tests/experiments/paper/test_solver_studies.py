@@ -53,7 +53,7 @@ def test_measured_seconds_are_the_processors(tmp_path, monkeypatch):
     assert times["config"]["batch"] == 2
 
 
-def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
+def test_regimes_do_not_depend_on_clocks(monkeypatch):
     """Clocks on which every call takes longer than the one before, as on a machine that grows busier."""
     monkeypatch.setattr(canonical_regimes, "paper_rows", lambda name: paper_rows(name)[:2])
     config = read_config(CONFIGS / "canonical_regimes.toml") | {"accuracy": "draft"}
@@ -70,7 +70,7 @@ def test_the_study_is_the_same_whatever_the_clocks_say(monkeypatch):
     assert study["regimes"][0]["paper_seconds"] == theirs
 
 
-def test_published_seconds_cover_all_protocols_and_are_summed_up_by_medians(tmp_path):
+def test_published_seconds_and_their_medians(tmp_path):
     regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}} for seconds in (0.1, 1.0, 100.0)]
     summary = canonical_regimes.summary(regimes)
     assert (summary["median_solver_seconds"], summary["orders_of_magnitude"]) == pytest.approx((1, 1))
@@ -94,7 +94,7 @@ def test_edge_velocity_of_a_known_history():
     assert persson_brener.edge_velocity(history, 0.01) == pytest.approx(0.7)
 
 
-def test_lengths_agree_with_the_papers_and_deviations_are_summed_up():
+def test_length_scale_and_deviations():
     beta_over_gap = np.sqrt(3.24 * 100.0)
     assert theory.length_scale(3.24) == pytest.approx(4.252, rel=1e-3)
     assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
@@ -104,7 +104,7 @@ def test_lengths_agree_with_the_papers_and_deviations_are_summed_up():
 
 
 @pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
-def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_to, beyond, monkeypatch):
+def test_extrapolation_in_tabor_is_stated(trained_up_to, beyond, monkeypatch):
     trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
     monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
     monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
@@ -115,7 +115,7 @@ def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated(trained_up_
 POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
 
 
-def test_solver_follows_theory_and_the_table_of_crack_velocities():
+def test_solver_follows_crack_theory():
     protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
     assert len(protocols) == 14
     trajectory = Case.of(protocols[7]).simulated("standard")
@@ -143,7 +143,7 @@ def test_slips_come_to(name, quantity, value):
     assert SLIPS[name]()[quantity] == pytest.approx(value, rel=1e-3)
 
 
-def test_the_papers_history_sum_is_of_first_order_ours_of_second():
+def test_order_of_history_sums():
     errors = SLIPS["history-sum"]()
     for reading in ("appendix's sum", "increments at the ends of steps"):
         assert errors[f"{reading}, step 0.1"] / errors[f"{reading}, step 0.05"] == pytest.approx(2.0, rel=0.1)

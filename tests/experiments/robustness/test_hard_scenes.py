@@ -10,7 +10,7 @@ from experiments.robustness import hard_case_map, random_scenes
 from experiments.robustness.hard_case_map import relative_change
 
 
-def test_samples_are_elastic_beyond_the_box_and_stiff_with_and_without_adhesion():
+def test_samples_inside_beyond_and_stiff():
     elastic, beyond, stiff = (drawn(where, 40, 11) for where in ("elastic", "beyond", "stiff"))
     assert (elastic["modulus_ratio"] == 1.0).all()
     assert (beyond["modulus_ratio"] < 1.0).all()
@@ -35,7 +35,7 @@ def test_extremes():
     assert all(run["status"] == "completed" and run["change"] < 0.5 for run in row["coarse"].values())
 
 
-def test_random_protocols_and_a_contact_without_a_pull_off_force():
+def test_contact_without_pull_off_force():
     case = Case.of(rows_of(drawn("inside", 1, 3, "sobol"))[0])
     assert hard_case_map.compared(case.scene, case.protocol)["status"] == "completed"
     row = hard_case_map.extreme("stiff glass", *hard_case_map.extremes()["stiff glass without adhesion"])
@@ -44,7 +44,7 @@ def test_random_protocols_and_a_contact_without_a_pull_off_force():
     assert relative_change(1.02, 1.0) == pytest.approx(0.02)
 
 
-def test_scenes_lie_in_their_classes_and_a_simple_one_hardly_changes_under_refinement():
+def test_refinement_hardly_changes_a_scene():
     rows = random_scenes.large(30, seed=1)
     for name, bounds in (("tabor", random_scenes.TABORS), ("rate", random_scenes.RATES)):
         assert all(bounds[0] <= row[name] <= bounds[-1] for row in rows)
@@ -81,11 +81,11 @@ FLAT = np.concatenate([np.linspace(0.0, -1.0, 50)[:20], np.zeros(30)])
         (np.insert(FLAT, 40, 0.1), 0.0, [0.205]),
     ],
 )
-def test_lone_spikes_are_seen_and_peaks_and_jumps_are_none(force, scale, shares):
+def test_lone_spikes_are_not_peaks_or_jumps(force, scale, shares):
     assert random_scenes.lone_spikes(np.array(force), scale) == pytest.approx(shares, rel=0.01)
 
 
-def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
+def test_soak_resumes_from_its_chunks(tmp_path, monkeypatch):
     monkeypatch.setattr(random_scenes, "CHUNK", 6)
     soak = soaked(48, 12, tmp_path, stiff=6)
     inside, beyond = soak["inside"], soak["beyond"]
@@ -105,7 +105,7 @@ def test_memory_grows():
     assert random_scenes.summary(chunks)["memory_growth"] == pytest.approx(0.5)
 
 
-def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
+def test_chunks_depend_on_their_settings(tmp_path, monkeypatch):
     monkeypatch.setattr(random_scenes, "soaked", lambda _: {})
 
     def kept(seed):

@@ -8,7 +8,7 @@ import pytest
 from experiments.robustness import lab_coverage
 
 
-def test_cases_are_drawn_from_their_ranges_and_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
+def test_drawn_cases_lie_in_their_ranges(monkeypatch):
     truths = [lab_coverage.drawn(np.random.default_rng([0, number])) for number in range(20)]
     for name, (low, high) in lab_coverage.LOGARITHMIC.items():
         assert all(low <= truth[name] <= high for truth in truths)
@@ -22,7 +22,7 @@ def test_cases_are_drawn_from_their_ranges_and_noise_is_a_share_of_the_range_of_
     np.testing.assert_allclose(noisy.force - clean.force, lab_coverage.NOISE * np.ptp(clean.force))
 
 
-def test_behind_a_cantilever_the_indentation_is_that_of_stage_and_measured_force():
+def test_indentation_behind_a_cantilever():
     truth = lab_coverage.drawn(np.random.default_rng(0), "stage")
     curve = lab_coverage.measured(truth, np.random.default_rng(1))
     assert curve.stiffness == pytest.approx(truth["stiffness"])
@@ -43,7 +43,7 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
+def test_intervals_hold_truth_and_are_kept(tmp_path, monkeypatch):
     settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}
     first = lab_coverage.study(**settings)
     for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):

@@ -25,7 +25,7 @@ def draft(monkeypatch):
     monkeypatch.setattr(Case, "simulated", simulated)
 
 
-def test_hidden_protocols_and_corners_are_within_the_papers_ranges():
+def test_hidden_protocols_in_paper_ranges():
     single, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
     assert set(single.quantities["modulus_ratio"]) == {0.1}
     assert len(set(several.quantities["modulus_ratio"])) == 3
@@ -69,7 +69,7 @@ class Answer:
         )
 
 
-def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch, capsys):
+def test_coverage_of_model_1_percent_off(monkeypatch, capsys):
     monkeypatch.setattr(errors_by_place.surrogate, "load", lambda _: Oracle())
     models = errors_by_place.study(count=4, corner=1, seed=3)["models"]
     printed = [[cell.strip() for cell in line.split("\u2502")[1:4]] for line in capsys.readouterr().out.splitlines()]
@@ -87,7 +87,7 @@ def test_errors_and_coverage_of_a_model_that_errs_by_one_percent(monkeypatch, ca
     assert models["fast"]["vertices"]["count"] == 1
 
 
-def test_errors_outside_the_ranges_are_tabulated():
+def test_errors_outside_ranges_are_tabulated():
     tabor = outside_ranges.beyond("high tabor", 0.25, 2, 0).quantities["tabor"]
     np.testing.assert_allclose(tabor, 6.4)
     together = outside_ranges.beyond(outside_ranges.ALL, 0.6, 40, 0).quantities["tabor"]
@@ -101,7 +101,7 @@ def test_errors_outside_the_ranges_are_tabulated():
     assert "`tabor` 0.152 to 4.222" in text
 
 
-def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
+def test_cost_of_model_with_1_percent_error(monkeypatch):
     monkeypatch.setattr(ways_to_call.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
     study = ways_to_call.study(count=5, model=["fast", "M1-concat"])
     assert all(seconds > 0.0 for row in study["seconds"].values() for seconds in row.values())
@@ -113,7 +113,7 @@ def test_cost_and_gradients_of_a_model_that_errs_by_one_percent(monkeypatch):
     assert study["solvers"].keys() == {"solver", "draft"} < slopes.keys()
 
 
-def test_gradients_of_a_power_law_are_its_exponents():
+def test_gradient_of_power_law_is_exponents():
     hidden = DRAW(3, (0.01, 1.0))
     exponents = np.array([0.3, -0.2, 0.1, 0.05, 0.4, -0.6])
 
@@ -130,7 +130,7 @@ def test_gradients_of_a_power_law_are_its_exponents():
     assert ways_to_call.gradient_errors(wrong[:, :5], gradient) == errors
 
 
-def test_each_quantity_divides_all_protocols_once():
+def test_regions_divide_protocols_once():
     drawn = {name: np.geomspace(edges[0], edges[-1], 50) for name, (_, edges) in EDGES.items()}
     masks = regions(drawn)
     assert masks["all"].all()

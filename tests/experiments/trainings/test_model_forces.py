@@ -35,7 +35,7 @@ def split():
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=label)
-def test_every_published_model_belongs_to_the_shipped_forces(folder, data):
+def test_published_models_match_the_forces(folder, data):
     listed = read_json(ROOT / "model_forces.json")
     assert (set(listed["models"]), listed["others"]) == ({path.name for path in MODELS}, [])
     if read_json(folder / "run.json")["extra_dataset_sha256"]:
@@ -67,14 +67,14 @@ def test_a_summary_is_of_the_seeds_errors(seed, split):
 
 
 @pytest.mark.parametrize("backend", [pytest.param("keras", marks=pytest.mark.slow), "onnx"])
-def test_the_weights_of_a_model_err_as_written(backend, data, monkeypatch):
+def test_weights_err_as_recorded(backend, data, monkeypatch):
     load = model_forces.common.load_surrogate
     monkeypatch.setattr(model_forces.common, "load_surrogate", partial(load, backend=backend))
     assert model_forces.error_difference(ROOT / "models" / "M1-gated", data) < model_forces.SAME_ERROR
 
 
 @pytest.mark.slow
-def test_the_published_list_is_what_the_study_finds():
+def test_published_list_equals_the_study():
     study, listed = model_forces.study(ROOT / "dataset.h5", ROOT / "models"), read_json(ROOT / "model_forces.json")
     for name in ("others", "forces_sha256"):
         assert study[name] == listed[name]

@@ -51,14 +51,14 @@ def order_of(factors):
         ([1.0, 1.0], [], "not decided"),
     ],
 )
-def test_an_order_is_decided_by_trajectories_and_seeds(first, second, decision):
+def test_order_depends_on_seeds_and_errors(first, second, decision):
     pair = order_of({"a": first, "b": second})
     assert pair["decision"] == decision
     assert pair["seeds"] == [len(first), len(second)]
     assert (pair["probability"]["test_mse"] is None) == (decision == "not decided")
 
 
-def test_equal_models_are_a_tie_and_of_several_the_best_counts():
+def test_equal_models_tie_and_best_counts():
     replicates = np.ones((2, 10))
     assert ranking.probability([replicates[0]], [replicates[1]]) == 0.5
     assert ranking.decision(0.5) == ranking.TIE
@@ -79,11 +79,11 @@ def test_equal_models_are_a_tie_and_of_several_the_best_counts():
         (["holds", "fails", "not decided"], "fails"),
     ],
 )
-def test_a_ranking_holds_with_all_its_orders_and_fails_with_one(decisions, overall):
+def test_ranking_fails_with_one_order(decisions, overall):
     assert ranking.verdict(decisions) == overall
 
 
-def test_the_interval_of_a_mean_is_that_of_its_standard_error_and_paired_resamples_see_a_small_difference():
+def test_interval_of_mean_is_standard_error():
     errors = np.random.default_rng(1).normal(10.0, 2.0, (1, 1000))
     low, high = ranking.interval(ranking.replicates(errors, ranking.resampled(1000, 2000), "test_mse"))
     assert high - low == pytest.approx(2 * 1.96 * errors.std() / np.sqrt(1000), rel=0.1)
@@ -167,7 +167,7 @@ def test_another_model_moves_no_number(tmp_path, studied):
     assert numbers() == before
 
 
-def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied):
+def test_few_or_no_seeds_are_stated(tmp_path, studied):
     assert studied()["models"] == {}
     publish(tmp_path, "M1-concat", 1, 1.0)
     study = studied()
@@ -177,7 +177,7 @@ def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied):
     assert {pair["decision"] for pair in study["pairs"]} == {"not decided"}
 
 
-def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
+def test_differently_trained_seeds_left_out(tmp_path, studied):
     for seed in range(2):
         publish(tmp_path, "M1-concat", seed, 1.0)
     publish(tmp_path, "M1-FiLM", 0, 1.0, dataset_sha256="e" * 64)
@@ -209,7 +209,7 @@ def test_a_seed_without_errors_is_refused():
         ranking.seed_facts(training)
 
 
-def test_a_seed_has_the_numbers_of_its_folder(tmp_path):
+def test_seed_has_the_numbers_of_its_folder(tmp_path):
     publish(tmp_path, "M1-concat", 0, 9.0)
     shutil.rmtree(tmp_path / "folders")
     folder = publish(tmp_path, "M1-concat", 0, 0.1)
@@ -225,7 +225,7 @@ def test_a_seed_has_the_numbers_of_its_folder(tmp_path):
     }
 
 
-def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
+def test_feature_sets_have_their_own_seeds(tmp_path, studied):
     for features, mse in (("C", 1.0), ("D", 2.0)):
         for seed in range(2):
             run = {"architecture": "M1-concat", "features": features}
@@ -238,6 +238,6 @@ def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
     assert study["claims"]["best_input"] == {"paper": "D", "first": "C", "level": ["D"], "decision": "fails"}
 
 
-def test_a_ranking_that_is_not_known_is_refused():
+def test_unknown_ranking_is_refused():
     with pytest.raises(ValueError, match="received 'luckiest'"):
         ranking.contenders({"ranking": "luckiest", "value": "M1"})

@@ -29,7 +29,7 @@ def test_minutes_and_seconds_of_a_training(dataset, tmp_path):
     assert read_model(tmp_path / "M1-concat-paper", by_paper)["hours"] == 2 * 6 * 10.0 / 3600.0
 
 
-def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset, tmp_path):
+def test_cost_curves_and_held_out_errors(dataset, tmp_path):
     folder = tmp_path / "models"
     write_model(folder / "M1-concat", dataset, 3e-4)
     write_model(folder / "M1-concat-8-epochs", dataset, 9e-4)
@@ -53,7 +53,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
 
 
 @pytest.mark.slow
-def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
+def test_architectures_take_the_same_batches(dataset, monkeypatch):
     # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
     monkeypatch.setattr("surrogate.build", build_least)
     monkeypatch.setattr(training_costs, "names", lambda: ["M3-concat", "M4-gated"])

@@ -36,7 +36,7 @@ VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs
         ({}, None),
     ],
 )
-def test_a_training_is_taken_if_it_is_what_is_asked_for_and_otherwise_refused(change, word, tmp_path, data):
+def test_only_the_same_training_is_taken(change, word, tmp_path, data):
     half, folders = tmp_path / "models" / "half", {"work": tmp_path, "models": tmp_path / "published"}
     assert kept_folder(VARIANT, data, **folders) is None
     dataset_used = dataclasses.replace(data, sha256="0" * 64) if word == "data set" else data
@@ -64,7 +64,7 @@ def study(tmp_path, dataset, published=()):
     return results["a"]
 
 
-def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
+def test_published_model_stands_for_variant(tmp_path, data, dataset, queue):
     for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
         folder = tmp_path / "published" / label
         write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data, mse)
@@ -72,7 +72,7 @@ def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, datas
     assert (result["mse"], result["taken_from"], queue[1]) == (0.25, "M1-concat-short", [])
 
 
-def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset, queue):
+def test_study_resumes_in_another_clone(tmp_path, dataset, queue):
     refused, started = queue
     config = {"architecture": "M1-concat", "recipe": "swift", "whole_epochs": 1}
     config |= {"percents": [75, 50], "epochs": [1, 2], "folds": 2, "jobs": 1}
@@ -103,7 +103,7 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
 
 
 @pytest.mark.parametrize(("epochs", "mse"), [(35, 0.125), (36, 0.5)])
-def test_the_result_of_the_same_training_is_taken_and_of_another_is_not(epochs, mse, tmp_path, dataset, data, queue):
+def test_results_of_same_training_are_kept(epochs, mse, tmp_path, dataset, data, queue):
     variant = Variant(**(vars(VARIANT) | {"epochs": epochs}))
     entry = {"training": variant.identity(data).digest, "mse": 0.125}
     assert study(tmp_path, dataset, [entry])["mse"] == mse
@@ -142,9 +142,7 @@ def run(tmp_path, dataset, file, **changes):
 
 
 @pytest.mark.parametrize(("waits_for", "sets", "summary"), [("D", "A", None), ("D-physical", "AD", 1.0)])
-def test_the_summary_waits_for_the_papers_sets_only(
-    waits_for, sets, summary, tmp_path, dataset, physical, queue, scored
-):
+def test_summary_waits_for_paper_sets_only(waits_for, sets, summary, tmp_path, dataset, physical, queue, scored):
     queue[0].add(f"features-{waits_for}")
     with pytest.raises(typer.Exit):
         run(tmp_path, dataset, physical)
@@ -154,7 +152,7 @@ def test_the_summary_waits_for_the_papers_sets_only(
     assert (list(result["physical"]), scored) == (["D"] if waits_for == "D" else [], [])
 
 
-def test_sets_at_physical_steps_are_trained_on_their_own_data_set(tmp_path, dataset, physical, queue, scored):
+def test_physical_sets_use_own_data_set(tmp_path, dataset, physical, queue, scored):
     result = run(tmp_path, dataset, physical)
     assert queue[1] == ["features-A", "features-D", "features-D-physical"]
     assert (result["complete"], list(result["sets"]), list(result["physical"])) == (True, ["A", "D"], ["D"])
@@ -167,7 +165,7 @@ def test_sets_at_physical_steps_are_trained_on_their_own_data_set(tmp_path, data
     assert result["floor"] == {"uniform": {"count": 3}}
 
 
-def test_published_errors_are_kept_where_the_weights_are_not(tmp_path, dataset, physical, queue, scored):
+def test_errors_are_kept_without_weights(tmp_path, dataset, physical, queue, scored):
     first = run(tmp_path, dataset, physical)
     (tmp_path / "models").rename(tmp_path / "gone")
     again = run(tmp_path, dataset, physical)
@@ -183,7 +181,7 @@ def test_published_errors_are_kept_where_the_weights_are_not(tmp_path, dataset, 
     assert [more["sets"][name]["hidden"]["count"] for name in "AD"] == [3, 4]
 
 
-def test_the_two_data_sets_must_hold_the_same_protocols(tmp_path, dataset, physical, queue, scored):
+def test_data_sets_must_hold_same_protocols(tmp_path, dataset, physical, queue, scored):
     with pytest.raises(FileNotFoundError, match="`make feature-sets` makes it"):
         run(tmp_path, dataset, tmp_path / "absent.h5")
     with pytest.raises(ValueError, match="received 60 trajectories at uniform steps"):
@@ -196,7 +194,7 @@ def test_the_two_data_sets_must_hold_the_same_protocols(tmp_path, dataset, physi
     assert run(tmp_path, dataset, tmp_path / "absent.h5", physical=[])["physical"] == {}
 
 
-def test_the_papers_ranking_is_of_the_papers_sets():
+def test_paper_ranking_is_of_paper_sets():
     errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0, "E": 0.4, "F": 0.1}
     summary = feature_sets.summary({name: {"validation_mse": error} for name, error in errors.items()})
     expected = {"order": ["C", "D", "B", "A"], "best": "C", "all_improve_over_a": True, "d_better_than_c": False}
@@ -219,7 +217,7 @@ class Copy:
         return (1.0 + self.share) * np.array([run.at(np.minimum(row, run.time[-1])) for run, row in pairs])
 
 
-def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypatch, tmp_path):
+def test_models_of_both_steps_are_compared(monkeypatch, tmp_path):
     simulated = Hidden.simulated
     monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))

@@ -14,7 +14,7 @@ from paper_figures.tables import table_protocols_dataset
 
 
 @pytest.mark.slow
-def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp_path):
+def test_figure_files_are_reproducible(dataset_path, examples, tmp_path):
     for run in "ab":
         save(figure_2.compose(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)
     first, second = ({path.name: path.read_bytes() for path in (tmp_path / run).iterdir()} for run in "ab")
@@ -22,7 +22,7 @@ def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp
     assert first.keys() == {"figure-2.pdf", "figure-2.png"}
 
 
-def test_histograms_are_shares_and_the_cost_is_that_of_what_completed(dataset_path, examples):
+def test_histograms_and_cost_of_completed(dataset_path, examples):
     panels = figure_2.compose(examples, dataset_path).axes
     assert len(panels) == 9
     for axes in panels[6:]:
@@ -37,7 +37,7 @@ def test_histograms_are_shares_and_the_cost_is_that_of_what_completed(dataset_pa
     assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
 
 
-def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
+def test_figure_2_shows_the_data_set(dataset_path, examples):
     panels, example = figure_2.compose(examples, dataset_path).axes, examples["examples"][0]
     first = panels[0]
     histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
@@ -59,7 +59,7 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
     assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
 
 
-def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
+def test_figure_3_shows_measurement_steps(examples):
     mapping = examples["mapping"]
     by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in figure_3.compose(examples).axes}
     for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
@@ -92,7 +92,7 @@ def test_tables_of_the_data_set(dataset_path, examples):
         assert text in summary
 
 
-def test_latex_escapes_text_leaves_mathematics_alone_and_rows_keep_their_order(tmp_path):
+def test_latex_escapes_text_but_not_formulas(tmp_path):
     Table(["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$").save("t", tmp_path)
     text = (tmp_path / "t.tex").read_text(encoding="utf-8")
     assert r"A\_b & $x_1$ (\%) \\" in text

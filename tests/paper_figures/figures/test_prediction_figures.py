@@ -8,7 +8,7 @@ from paper_figures.models import figure_fms_transfer
 from paper_figures.style import drawing, models_style
 
 
-def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes, errors):
+def test_figure_6_and_graphical_abstract(regimes, errors):
     _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
@@ -28,7 +28,7 @@ def test_figure_6_and_the_graphical_abstract_plot_solver_and_prediction(regimes,
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 
-def test_figure_7_counts_every_trajectory_once(errors):
+def test_figure_7_counts_trajectories_once(errors):
     drawn = figure_7.compose(errors)
     for axes in drawn.axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)

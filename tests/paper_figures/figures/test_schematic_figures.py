@@ -23,7 +23,7 @@ def test_figure_1_shows_the_computed_force(examples):
     assert depths[r"$\hat\delta_0$"] < depths["0"] < depths[r"$\hat\delta_l$"]
 
 
-def test_graphs_and_drawings_are_those_of_the_keras_models():
+def test_graphs_equal_the_keras_models():
     import surrogate
     from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS
 
@@ -65,7 +65,7 @@ def layer(name, layer_class, width, label, *inputs):
 INPUT = layer("sequence", "InputLayer", 4, "history")
 
 
-def test_architectures_are_drawn_from_their_graphs():
+def test_architectures_are_drawn_from_graphs():
     layers = [INPUT, layer("tabor", "InputLayer", 1, "Tabor"), layer("a", "LSTM", 7, "LSTM 7", "sequence")]
     layers.append(layer("g", "TaborGate", 7, "Gate", "a", "sequence", "tabor"))
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
@@ -87,7 +87,7 @@ def test_architectures_are_drawn_from_their_graphs():
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))
 
 
-def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(monkeypatch):
+def test_own_family_changes_no_paper_figure(monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6

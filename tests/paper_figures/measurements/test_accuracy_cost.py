@@ -54,7 +54,7 @@ def test_accuracy_and_cost():
     assert seconds["paper's surrogate"] == 0.16
 
 
-def test_no_point_is_left_out_and_fewer_protocols_are_open():
+def test_fewer_protocols_have_open_markers():
     runs = [{"tool": "Adhesion", "problem": "tabor 1", "seconds": 2.0, "error": 0.1}]
     (axes,) = figure_accuracy_cost.compose(CONTENT, {"runs": runs}).axes
     points = {tuple(point): line for line in axes.lines for point in line.get_xydata() if line.get_marker() != "None"}
@@ -96,7 +96,7 @@ def timed_tool(group, setting, seconds, p95, **more):
     return timed
 
 
-def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
+def test_fastest_tool_keeps_the_error():
     choose = table_accuracy_cost.fastest
     tools = [
         timed_tool("solver", "draft", 2e-3, 0.01),

@@ -54,7 +54,7 @@ CONTENT = {"host": "a processor", "packages": {"Adhesion": "0.1", "tamaas": "0.2
 CONTENT["runs"] = [dict(zip(("problem", "tool", "setting", "seconds", "error"), row, strict=True)) for row in RUNS]
 
 
-def test_the_ends_of_curves_are_named_and_an_error_that_is_not_resolved_is_a_triangle():
+def test_unresolved_errors_are_triangles():
     drawn = figure_peers.compose(CONTENT)
     names = {text.get_text() for axes in drawn.axes for text in axes.texts}
     assert names == {"draft", "32×32", "128×128", "JKR"}

@@ -13,7 +13,7 @@ from tests.paper_figures.results import SPREAD, UNKNOWN
 NUMBERS = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
 
 
-def test_hard_cases_and_the_worst_of_their_energies():
+def test_hard_cases_and_worst_energy():
     numbers = dict.fromkeys(NUMBERS, 0.1) | {"refined_status": "completed"}
     rows = [
         {"where": "inside", **numbers, "status": status, "change": change}
@@ -32,7 +32,7 @@ def test_hard_cases_and_the_worst_of_their_energies():
     assert cells[table_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
 
 
-def test_the_soak_is_shown_among_the_hard_cases():
+def test_soak_is_shown_among_hard_cases():
     soak = {"protocols": 100, "raised": 0, "silent": 1, "spikes": 2, "largest_spike_share": 3e-5}
     soak |= {"statuses": {"completed": 99, "stopped": 1}, "slowest_seconds": 2.0, "memory_growth": 0.003}
     rows = table_hard_cases.soak_rows({"inside": soak, "beyond": soak | {"memory_growth": None}})
@@ -46,7 +46,7 @@ def test_the_soak_is_shown_among_the_hard_cases():
     assert "memory growth not measured" in rows[1][0]
 
 
-def test_tolerances_are_in_percent_and_recommendations_counted_of_those_simplified():
+def test_table_counts_simplified_scenes():
     axes = drawing.figure(height=2.0).subplots()
     figure_effects.draw_stand_ins(axes, read_result(Path("published/measurements/effects.json")) | {"tolerance": 0.07})
     assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)

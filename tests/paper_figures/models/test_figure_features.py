@@ -25,7 +25,7 @@ CONTENT = {
 }
 
 
-def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
+def test_figure_compares_kinds_of_steps():
     curves, _, pull_off, hysteresis = figure_features.compose(CONTENT, efficiency())["figure-features"].axes
     # Curves at physical steps have errors of other forces.
     assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
@@ -43,7 +43,7 @@ def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
     assert colors[0] != colors[1]
 
 
-def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
+def test_table_has_a_row_per_set_and_steps():
     rows = figure_features.compose(CONTENT, efficiency())["features"].rows
     floor = ["", ""]
     assert [[row[0], row[2]] for row in rows] == [

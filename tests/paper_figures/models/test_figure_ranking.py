@@ -9,7 +9,7 @@ from surrogate.architectures.naming import names
 from tests.paper_figures.results import comparison, ranking
 
 
-def test_every_seed_is_a_point_and_every_interval_a_bar():
+def test_seeds_are_points_and_intervals_bars():
     seeds = dict.fromkeys(names(), 3)
     study = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
@@ -33,7 +33,7 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
     assert drawn.get_supxlabel() == ""
 
 
-def test_tables_and_what_is_made_without_any_seed():
+def test_ranking_tables_without_any_seed():
     trained = comparison(["M1-concat"])
     figure_ranking.compose(ranking({}), trained).draw_without_rendering()
     assert table_ranking.compose(ranking({}), trained)["ranking"].rows == []

@@ -11,7 +11,7 @@ from surrogate.architectures.naming import FAMILIES, names
 from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, ranking
 
 
-def test_what_is_trained_otherwise_is_not_called_untrained(cracks):
+def test_other_recipe_is_not_untrained(cracks):
     compared = outdated(comparison(names()), "M2-FiLM")
     kept = [figure_mse_mae.compose(compared), figure_learning_curves.compose(compared)]
     kept.append(figure_5.compose(compared, cracks, efficiency()))
@@ -22,7 +22,7 @@ def test_what_is_trained_otherwise_is_not_called_untrained(cracks):
 
 
 @pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
-def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
+def test_figure_mse_mae_names_untrained(trained):
     drawn = figure_mse_mae.compose(comparison(trained))
     axes = drawn.axes[0]
     plotted = {line.get_label(): line for line in axes.lines if line.get_label() in names()}
@@ -35,12 +35,12 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
     assert ("17 of 18" in note) == (len(trained) == 1)
 
 
-def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
+def test_paper_recipe_is_in_first_panel_only():
     panels = figure_mse_mae.compose(comparison(names(), ["M1-concat"])).axes
     assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
 
 
-def test_figure_plateau_draws_the_trainings_that_are_published():
+def test_figure_plateau_draws_published_ones():
     with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
         figure_plateau.compose(comparison(names()))
     compared = comparison(names(), ["M1-concat"])
@@ -51,7 +51,7 @@ def test_figure_plateau_draws_the_trainings_that_are_published():
     assert all(line.get_ydata().tolist() == HISTORY["validation_mse"] for line in errors.lines)
 
 
-def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
+def test_figure_5_with_one_model(cracks):
     curves, sizes, energies, _ = figure_5.compose(comparison(["M1-concat"]), cracks, efficiency()).axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
@@ -69,7 +69,7 @@ def test_figure_5_with_one_model_and_shares_of_the_data(cracks):
     assert [100.0, 5e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
 
 
-def test_figures_of_curves_name_what_they_cannot_compare_and_draw_sets_and_shares():
+def test_curve_figures_name_what_is_missing():
     for axes in figure_learning_curves.compose(comparison(names())).axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
@@ -94,7 +94,7 @@ def whiskers(axes):
     return {float(line[0][0]): sorted(line[:, 1].tolist()) for line in segments if line[0][0] == line[1][0]}
 
 
-def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(cracks):
+def test_seeds_are_medians_with_whiskers(cracks):
     compared, spread = comparison(names()), ranking(SEEDS)
     kept = figure_mse_mae.compose(compared, spread), figure_5.compose(compared, cracks, efficiency(), spread)
     for axes, x, y, single in (
@@ -130,7 +130,7 @@ def test_several_seeds_are_medians_with_whiskers_and_learning_curves_in_a_band(c
     assert not kept[1].axes[0].collections
 
 
-def test_features_of_several_seeds_are_bands_and_rows():
+def test_feature_seeds_are_bands_and_rows():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     spread = ranking({"features-C": 2, "features-D": 1})
     figure, table = figure_features.compose({"sets": sets}, efficiency(), spread).values()

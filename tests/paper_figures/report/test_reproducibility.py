@@ -11,7 +11,7 @@ from paper_figures.report.reproducibility import recipe_table
 from tests.experiments.models import write_model
 
 
-def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_result(tmp_path):
+def test_page_states_decisions_by_seeds(tmp_path):
     """One order decided, and the others not, whatever is published by now."""
     ranked = read_result(Path("published/ranking.json"))
     for pair in ranked["pairs"]:
@@ -37,7 +37,7 @@ def test_the_page_says_what_seeds_decide_and_names_the_command_of_a_missing_resu
         read_result(tmp_path / "model_forces.json")
 
 
-def test_the_orders_by_both_recipes_are_stated(tmp_path):
+def test_orders_by_both_recipes_are_stated(tmp_path):
     spread = {"pull_off_percent": {"median": 1.0}}
     ranked = {
         "models": {"M1-concat": [{}], "M3-FiLM": [{}]},
@@ -57,7 +57,7 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
     assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."
 
 
-def test_the_papers_training_has_its_own_column(tmp_path):
+def test_paper_training_has_its_own_column(tmp_path):
     assert reproducibility.training_table(tmp_path) == "Not trained yet: `make model-paper-recipe`."
     write_model(tmp_path / "M1-concat-paper", 2e-4, ended_by="recipe")
     *_, errors = reproducibility.training_table(tmp_path).splitlines()[:4]
@@ -68,7 +68,7 @@ def test_the_papers_training_has_its_own_column(tmp_path):
     assert errors == "| held-out MSE | 5.00e-04 | 2.00e-04 | 1.00e-04 |"
 
 
-def test_hours_by_the_papers_recipe_are_those_of_its_batches(tmp_path):
+def test_hours_by_paper_recipe_of_batches(tmp_path):
     for name, more in {"M1-concat": {}, "M1-FiLM": {"device": "a GPU"}, "M3-FiLM": {"device": "a GPU"}}.items():
         recipe = {"name": "paper", "batch_size": 8}
         write_model(tmp_path / f"{name}-paper", recipe=recipe, ended_by="recipe", **more)

@@ -46,7 +46,7 @@ RESULTS = studies()
 CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 
-def test_every_claim_is_complete_and_no_reason_holds_a_result():
+def test_claims_are_complete():
     assert len(CLAIMS) > 140
     for claim in CLAIMS:
         assert {"group", "place", "says", "rule", "why"} <= claim.keys(), claim
@@ -59,7 +59,7 @@ def test_every_claim_is_complete_and_no_reason_holds_a_result():
         assert not re.search(r"\d", re.sub("M1-concat|18 paper models", "", claim["why"])), claim["why"]
 
 
-def test_tolerances_and_places_of_claims_are_those_of_the_paper():
+def test_tolerances_and_places_of_claims():
     for claim in (*CLAIMS, *drawing.paper_values("claims")["rules"].values()):
         assert (claim.get("tolerance", 0.0) > 0.1) == ("because" in claim), claim
     (claim,) = [claim for claim in CLAIMS if claim["says"].startswith("orders of magnitude")]
@@ -73,7 +73,7 @@ def test_tolerances_and_places_of_claims_are_those_of_the_paper():
     assert placed["best conditioning of M4"].endswith("appendix C")
 
 
-def test_no_number_of_a_text_claim_is_transcribed_twice():
+def test_claim_numbers_are_transcribed_once():
     paper = {name: drawing.paper_values(name) for name in ("dataset", "reference_model", "cost")}
     numbers = {(name, key): value for name, values in paper.items() for key, value in values.items()}
     written = [claim for claim in paper_claims() if "value" in claim]
@@ -91,7 +91,7 @@ def results(tmp_path):
     return reproduction.Results(tmp_path, tmp_path)
 
 
-def test_what_all_rows_of_a_section_have_in_common_is_said_once():
+def test_common_reasons_stand_above_table():
     def finding(number, why, verdict="better"):
         claim = {"says": f"row {number}", "place": "table 1", "value": 2.0, "rule": "cost"}
         return reproduction.Finding(claim, 1.0, verdict, why)
@@ -108,7 +108,7 @@ def test_what_all_rows_of_a_section_have_in_common_is_said_once():
     assert text.count("| `make it`. |") == 2
 
 
-def test_settings_and_our_own_numbers_are_not_counted(results):
+def test_settings_are_not_counted(results):
     results.read["adopted_settings"] = {"recipe": {"batch_size": 8, "epochs": 100}}
     findings = {claim["says"]: reproduction.judge(claim, results) for claim in CLAIMS}
     assert "batch size" not in findings
@@ -124,7 +124,7 @@ def test_settings_and_our_own_numbers_are_not_counted(results):
     assert text.index("## Beyond the paper") > text.index("## Crack velocities")
 
 
-def test_models_trained_otherwise_are_reported_beside(results):
+def test_differently_trained_stand_beside(results):
     sentence = "M2-concat is left out."
     study = {"models": {}, "beside": {"M1-concat-inputs-C": {"mse": 2e-4}}, "outdated": {"M2-concat": sentence}}
     results.read["model_comparison"] = study
@@ -136,14 +136,14 @@ def test_models_trained_otherwise_are_reported_beside(results):
     assert "`make model-large` makes it." in line
 
 
-def test_parameter_counts_are_those_of_the_surrogate_package():
+def test_parameter_counts_equal_surrogate():
     stated = {c["says"].removeprefix("parameters of "): c.get("value") for c in reproduction.text_claims()}
     assert {name: stated[name] for name in PAPER_PARAMETER_COUNTS} == PAPER_PARAMETER_COUNTS
     model = drawing.paper_values("reference_model")
     assert model["parameters"] == stated[model["name"]]
 
 
-def test_what_is_not_computed_yet_is_said_to_be_missing(results):
+def test_missing_results_are_stated(results):
     claim = {"value": 7.0, "rule": "value", "source": "feature_sets:summary/factor_a_over_d", "why": "."}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours) == ("not yet", None)
@@ -166,7 +166,7 @@ def test_numbers_come_from_result_files(tmp_path):
     assert line in (tmp_path / "report.md").read_text(encoding="utf-8")
 
 
-def test_a_row_of_a_table_is_beside_ours_of_the_same_row(results):
+def test_table_rows_match_our_rows(results):
     regimes = [{"seconds": {"solver": float(n), "keras_call": -float(n)}} for n in range(1, 13)]
     points = [{"crack_velocity": 0.0, "own_crack_velocity": 10.0 * n} for n in range(1, 15)]
     results.read = {"canonical_regimes": {"regimes": regimes}, "persson_brener": {"points": points}}
@@ -175,7 +175,7 @@ def test_a_row_of_a_table_is_beside_ours_of_the_same_row(results):
     assert ours["crack velocity of point 3"] == 30.0
 
 
-def test_reductions_and_comparisons_of_two_results(results):
+def test_reductions_and_comparisons(results):
     layers = [{"name": "a", "parameters": 3}, {"name": "b", "parameters": 4}, {"name": "c", "parameters": 9}]
     assert reproduction._reduced(layers, {"layers": ["a", "b"]}) == 7
     assert reproduction._reduced([1.0, 2.0], {"op": "length"}) == 2
@@ -189,7 +189,7 @@ def test_reductions_and_comparisons_of_two_results(results):
     assert "`make ranking` makes it." in reproduction.judge(claim, results).why
 
 
-def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
+def test_model_beside_the_18_keeps_its_name():
     beside = [
         (claim["says"], re.split("[:/]", claim["source"])[2])
         for claim in reproduction.text_claims()
@@ -203,7 +203,7 @@ def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
 RANKED = [claim for claim in CLAIMS if "ranking" in claim]
 
 
-def test_every_ranking_of_the_report_is_one_of_the_study_and_guessed_sizes_are_marked(results):
+def test_rankings_of_report_are_of_the_study(results):
     assert {claim["ranking"].partition("/")[0] for claim in RANKED} == {
         "best_model",
         "second_family",
@@ -231,7 +231,7 @@ def test_every_ranking_of_the_report_is_one_of_the_study_and_guessed_sizes_are_m
         (None, "M1-FiLM, one training each"),
     ],
 )
-def test_beside_a_ranking_stands_what_the_seeds_of_our_recipe_decide(decision, ours, results):
+def test_decision_by_seeds_stands_beside(decision, ours, results):
     (claim,) = (claim for claim in RANKED if claim["ranking"] == "best_model")
     ranked = {"paper": "M1-concat", "first": "M6-concat", "level": ["M1-concat", "M1-FiLM"], "decision": decision}
     study = {"claims": {"best_model": ranked}} if decision else None
@@ -245,7 +245,7 @@ def test_beside_a_ranking_stands_what_the_seeds_of_our_recipe_decide(decision, o
     ("c_over_d", "verdict", "ours"),
     [(1.3, "reproduced", "true"), (1.1, "tie", "D = C"), (0.95, "tie", "D = C"), (0.8, "differs", "false")],
 )
-def test_a_ranking_is_judged_by_the_papers_recipe_with_the_seeds_of_ours_as_yardstick(c_over_d, verdict, ours, results):
+def test_ranking_is_judged_by_paper_recipe(c_over_d, verdict, ours, results):
     (claim,) = (claim for claim in RANKED if claim["ranking"] == "d_better_than_c")
     spread = {
         "features-C": {"test_mse": {"min": 1.0, "max": 1.2}},

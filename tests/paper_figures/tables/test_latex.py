@@ -15,7 +15,7 @@ HEAD = rf"\documentclass[a4paper]{{article}}{PACKAGES}\begin{{document}}"
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed")
-def test_the_tables_compile_within_the_width_of_the_text(tmp_path, monkeypatch):
+def test_tables_compile_within_text_width(tmp_path, monkeypatch):
     monkeypatch.setattr("paper_figures.style.drawing.save", lambda *_: None)
     for name, module in modules().items():
         try:
