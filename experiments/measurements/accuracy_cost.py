@@ -52,7 +52,7 @@ def report(
     }
 
 
-def without_learning(cases: list[Case], exact: np.ndarray, repeats: int, finest: int) -> list[dict[str, Any]]:
+def solver_and_closed_forms(cases: list[Case], exact: np.ndarray, repeats: int, finest: int) -> list[dict[str, Any]]:
     """The solver, the paper's discretisation and the closed forms; a form without a case of its regime is left out."""
     every = np.arange(len(cases))
     listed = [
@@ -83,12 +83,12 @@ def surrogates(
         else:
             calls, more = tools.ways_to_call(name, models)
             group, before, more["outdated"] = "surrogate", f"{name}, ", name in old
-        for way, (answers, seconds) in timed_ways(calls, cases, repeats, name).items():
+        for way, (answers, seconds) in timed_calls(calls, cases, repeats, name).items():
             rows.append(report(group, f"{before}{way}", answers, seconds, exact, way=way, **more))
     return rows
 
 
-def timed_ways(
+def timed_calls(
     calls: dict[str, tools.Answers], cases: list[Case], repeats: int, name: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Answers and seconds of each way to call a model: on one case at a time, and by the predictor in a batch."""
@@ -119,7 +119,7 @@ def study(
     absent = tools.absent(models, dataset)
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with without_extrapolation_warnings():
-        rows += without_learning(cases, exact, repeats, finest)
+        rows += solver_and_closed_forms(cases, exact, repeats, finest)
         rows += surrogates(cases, models, exact, repeats, absent["outdated"])
     return {
         "protocols": len(cases),

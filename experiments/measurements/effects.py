@@ -70,7 +70,7 @@ def stand_ins(rate: float) -> dict[str, Any]:
     return {"rate": rate, "errors": errors, "recommended": str(recommended)}
 
 
-def of_another_range(tabor: float) -> dict[str, Any]:
+def range_errors(tabor: float) -> dict[str, Any]:
     """Error of the force history if the range of adhesion is changed, with and without viscoelasticity."""
     errors: dict[str, Any] = {"tabor": tabor}
     history = protocol_for(tabor).history(tabor)
@@ -83,7 +83,7 @@ def of_another_range(tabor: float) -> dict[str, Any]:
     return errors
 
 
-def of_one_process(decades: float, rate: float) -> dict[str, Any]:
+def one_process_error(decades: float, rate: float) -> dict[str, Any]:
     """Error of the force history if one relaxation process replaces ten that span `decades` around it."""
     protocol = protocol_for(TABOR, rate)
     spectrum = np.geomspace(10.0 ** (-0.5 * decades), 10.0 ** (0.5 * decades), 10)
@@ -124,8 +124,8 @@ def study() -> dict[str, Any]:
         "one relaxation": Scene(TABOR, SLS),
         "ten relaxations": Scene(TABOR, TEN),
     }
-    ranges = [of_another_range(float(tabor)) for tabor in progress(TABORS, "ranges of adhesion")]
-    bands = [of_one_process(decades, rate) for decades in progress(DECADES, "spectra") for rate in SLOW_AND_FAST]
+    ranges = [range_errors(float(tabor)) for tabor in progress(TABORS, "ranges of adhesion")]
+    bands = [one_process_error(decades, rate) for decades in progress(DECADES, "spectra") for rate in SLOW_AND_FAST]
     return {
         "path": {"depth": DEPTH, "start": START, "rate": RATE, "dwell": DWELL, "modulus_ratio": MODULUS_RATIO},
         "curves": [curve(name, scene) for name, scene in seven.items()],

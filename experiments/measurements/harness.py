@@ -42,7 +42,7 @@ Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its 
 Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
 
 
-def hands() -> tuple[float, float]:
+def clock_seconds() -> tuple[float, float]:
     """Wall seconds, and processor seconds of this process on all cores, since any instant."""
     return time.perf_counter(), time.process_time()
 
@@ -61,11 +61,11 @@ class Clock:
         return self._processor / self._wall if self._wall > 0.0 else None
 
     def __enter__(self) -> Self:
-        self._started = hands()
+        self._started = clock_seconds()
         return self
 
     def __exit__(self, *_: object) -> None:
-        wall, self.seconds = np.subtract(hands(), self._started).tolist()
+        wall, self.seconds = np.subtract(clock_seconds(), self._started).tolist()
         self._wall, self._processor = self._wall + wall, self._processor + min(self.seconds, wall)
 
 

@@ -19,7 +19,7 @@ from bem.methods.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
-from experiments.paper.model_comparison import published, trained_otherwise
+from experiments.paper.model_comparison import published, training_differences
 from surrogate.architectures.naming import names
 from surrogate.files import BANDED as NAMES
 from surrogate.files import PUBLISHED_BANDED, weights_sha256
@@ -125,6 +125,6 @@ def complete(models: Path) -> list[str]:
 
 def absent(models: Path, dataset: Path) -> dict[str, list[str]]:
     """Architectures that are not published completely, and published ones that the comparison leaves out."""
-    present, otherwise = complete(models), trained_otherwise(published(models), dataset_digest(dataset))
+    present, otherwise = complete(models), training_differences(published(models), dataset_digest(dataset))
     missing = [name for name in names() if name not in present]
     return {"missing": missing, "outdated": [name for name in present if name in otherwise]}

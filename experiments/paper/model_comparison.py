@@ -95,7 +95,7 @@ def published(models: Path) -> dict[str, TrainingIdentity]:
     return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
 
 
-def trained_otherwise(trained: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
+def training_differences(trained: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
     """Models that cannot be compared with the others, each with words for what differs: recipe, data set and so on.
 
     `dataset` is the digest of the data set on which the models must have been trained.
@@ -118,7 +118,7 @@ def outdated(trained: dict[str, TrainingIdentity], dataset: str, models: Path) -
     return {
         name: f"{name} is left out, because its {' and '.join(reasons)} is not that of the comparison: "
         f"remove {str(models / name)!r} and train it again."
-        for name, reasons in trained_otherwise(trained, dataset).items()
+        for name, reasons in training_differences(trained, dataset).items()
     }
 
 
@@ -188,7 +188,7 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
         "beside": beside,
         "missing": missing,
         "outdated": old,
-        "differences": trained_otherwise(lineages, digest),
+        "differences": training_differences(lineages, digest),
         "expected": len(paper_names()),
         "comparison": comparison(ranked),
         "by_paper_recipe": by_paper_recipe(beside, hours),

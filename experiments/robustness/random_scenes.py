@@ -38,7 +38,7 @@ TABORS, RATES = (10.0, 20.0, 45.0, 100.0), (1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
 DWELL, REFINEMENT = 0.1, 4.0
 
 
-def soaked(point: dict[str, float]) -> dict[str, Any]:
+def simulated_row(point: dict[str, float]) -> dict[str, Any]:
     """Simulate one protocol: its status, and whether its results are finite. An exception becomes the status."""
     outcome = {"raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
     try:
@@ -79,7 +79,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
     def simulated() -> dict[str, Any]:
         import psutil
 
-        rows = [{"index": first + i, **point, **soaked(point)} for i, point in enumerate(points)]
+        rows = [{"index": first + i, **point, **simulated_row(point)} for i, point in enumerate(points)]
         return {"rows": rows, "memory": psutil.Process().memory_info().rss}
 
     key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points)

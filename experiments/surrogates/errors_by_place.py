@@ -37,7 +37,7 @@ MOST_IN_A_CORNER = 3.0
 """Aim: the largest 90th percentile of a corner, over that of the whole ranges."""
 
 
-def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -> dict[str, np.ndarray]:
+def errors_of_model(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -> dict[str, np.ndarray]:
     """Errors in percent, what lies inside, and widths over the result in percent, of each protocol."""
     banded = name in BANDED
     answers, rows = predicted(model, name, hidden, **({"coverage": COVERAGE} if banded else {})), []
@@ -147,7 +147,7 @@ def study(
     exact = [(sample, list(sample.simulated())) for sample in (paper, Hidden.corners(MODULUS_RATIO), box, corners)]
     for name in (*BANDED, PAPER):
         model, banded = surrogate.load(name), name in BANDED
-        errors = [judged(model, name, *pair) for pair in exact[: None if banded else 2]]
+        errors = [errors_of_model(model, name, *pair) for pair in exact[: None if banded else 2]]
         totals = [summary(table, np.ones(len(table["pull_off"]), dtype=bool)) for table in errors]
         rows = result["models"][name] = dict(zip(PLACES, totals, strict=False))
         if banded:

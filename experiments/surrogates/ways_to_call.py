@@ -72,7 +72,7 @@ def gradient_errors(gradients: np.ndarray, true: np.ndarray) -> dict[str, float]
     return quantiles(np.linalg.norm(gradients[:, :COMMON] - true[:, :COMMON], axis=1) / size)
 
 
-def asked(name: str, model: Any, hidden: Hidden) -> list[Any]:
+def results(name: str, model: Any, hidden: Hidden) -> list[Any]:
     """What a user asks of a prediction, which belongs to its cost."""
     predictions = predicted(model, name, hidden, coverage=COVERAGE)
     return [(run.pull_off_force, run.hysteresis, getattr(run, "pull_off_interval", None)) for run in predictions]
@@ -89,8 +89,8 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
 
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
         return {
-            "batch": (lambda _: asked(name, model, hidden), len(hidden)),
-            "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
+            "batch": (lambda _: results(name, model, hidden), len(hidden)),
+            "single": (lambda turn: [results(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
             "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
         }
 

@@ -105,7 +105,7 @@ def verdict(decisions: Sequence[str]) -> str:
     return next((word for word in (FAILS, NOT_DECIDED, TIE) if word in decisions), HOLDS)
 
 
-def duels(
+def orders(
     champion: str,
     contenders: Mapping[str, Sequence[str]],
     drawn: Mapping[str, Mapping[str, np.ndarray]],
@@ -216,7 +216,7 @@ def seed_facts(training: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(f"seed must have the errors and settings of a training; it lacks {error}") from error
 
 
-def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
+def comparable_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
     """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out."""
     facts = {label: seed_facts(training) for label, training in read_trainings(seeds).items()}
     ours = {label: training for label, training in facts.items() if training["data set"] == digest}
@@ -269,7 +269,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
     pairs, claims = [], {}
     for claim in ranked():
         champion, contenders_by_label = contenders(claim)
-        decided = duels(champion, contenders_by_label, drawn, seeds)
+        decided = orders(champion, contenders_by_label, drawn, seeds)
         pairs += [{"claim": claim["ranking"], **pair} for pair in decided]
         present = {label: [name for name in names if name in spread] for label, names in contenders_by_label.items()}
         medians = {
@@ -289,7 +289,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 def study(dataset: Dataset, seeds: Path) -> dict[str, Any]:
     """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
     digest = TrajectoryDataset.load(dataset).sha256
-    kept, left_out = found_seeds(seeds, digest)
+    kept, left_out = comparable_seeds(seeds, digest)
     errors = {
         name: {metric: np.array([training["errors"][metric] for training in trainings]) for metric in COLUMNS}
         for name, trainings in kept.items()

@@ -156,7 +156,7 @@ def line(name: str, category: str, fixed: float, query: float, **more: Any) -> d
     return {"name": name, "kind": category, "fixed_seconds": fixed, "query_seconds": query, **more}
 
 
-def before_use(name: str, published: Path, trajectory: float) -> float:
+def seconds_before_use(name: str, published: Path, trajectory: float) -> float:
     """Core seconds of data and training of a published model: `trajectory` times those it needs, and its trainings.
 
     Of a network that was trained on from another one the last training counts alone, as its record has no more.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
-from experiments.trainings.training_costs import before_use, break_even, line
+from experiments.trainings.training_costs import break_even, line, seconds_before_use
 from paper_figures.style.writing import Table, caption, number
 
 PLACES = {"box": "0.01 to 1", "paper": "0.1", "vertices": "0.1, vertices of the ranges"}
@@ -67,7 +67,7 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         if solved := ways_to_call["solvers"].get(name):
             row[-2] = several([solved["p50"], solved["p90"]])
         if places := errors_by_place["models"].get(name):
-            model = line(name, "surrogate", before_use(name, published, solver), seconds["batch"])
+            model = line(name, "surrogate", seconds_before_use(name, published, solver), seconds["batch"])
             calls = break_even(model, line("solver", "solver", 0.0, solver))
             row[-2:] = (
                 several(places["box" if "box" in places else "paper"]["pull_off"][:2]),

@@ -78,7 +78,7 @@ def test_tools_are_reported_by_medians(monkeypatch):
     assert accuracy_cost.report("any", "", exact[:1], seconds, exact[:1])["seconds"]["median"] == 2.0
     monkeypatch.setattr(accuracy_cost, "FORMS", (Form("last", lambda case: case == 2, lambda case: exact[case]),))
     monkeypatch.setattr(accuracy_cost, "TARGETS", ())
-    (row,) = accuracy_cost.without_learning([0, 1, 2], exact, 1, finest=0)
+    (row,) = accuracy_cost.solver_and_closed_forms([0, 1, 2], exact, 1, finest=0)
     assert (row["kind"], row["protocols"], row["errors"]["force"]["largest"]) == ("closed form", 1, 0.0)
 
 
@@ -138,7 +138,7 @@ def test_loop_area_has_no_direction(monkeypatch):
     monkeypatch.setattr(accuracy_cost, "timed", lambda _, repeats: [8.0] * repeats)
     monkeypatch.setattr(accuracy_cost, "BATCH", 4)
     answers = {"ONNX": lambda cases: np.ones((len(cases), 122))}
-    _, seconds = accuracy_cost.timed_ways(answers, [1, 2, 3], 1, "any")["ONNX batch"]
+    _, seconds = accuracy_cost.timed_calls(answers, [1, 2, 3], 1, "any")["ONNX batch"]
     assert seconds.tolist() == [[2.0] * 3] * accuracy_cost.BATCH_REPEATS
 
 

@@ -25,10 +25,10 @@ def test_limits_and_errors_of_stand_ins():
     assert ranges["JKR-like, mu = 3.2", "another range, elastic"] == (1.0, 5.0)
     assert ranges["DMT-like, mu = 0.2", "another range, elastic"] == (0.2, 5.0)
     assert ranges["one relaxation", "ten relaxations, rate 20"] == (0.0, 1.0)
-    errors = effects.of_another_range(effects.DMT_TABOR)
+    errors = effects.range_errors(effects.DMT_TABOR)
     assert errors["DMT-like, elastic"] == 0.0
     assert errors["JKR-like, elastic"] > 0.1
-    assert effects.of_one_process(0.25, 20.0)["error"] < 0.01
+    assert effects.one_process_error(0.25, 20.0)["error"] < 0.01
     stand_ins = effects.stand_ins(1e-2)
     assert set(stand_ins["errors"]) == {"Hertz", "rubbery", "glassy", "no adhesion"}
     assert stand_ins["recommended"] == "elastic rubbery, adhesive"

@@ -37,7 +37,7 @@ def clock(monkeypatch):
     """A clock whose two hands the test moves."""
     clock = Clock()
     clock.processor = clock.wall = 0.0
-    monkeypatch.setattr(harness, "hands", lambda: (clock.wall, clock.processor))
+    monkeypatch.setattr(harness, "clock_seconds", lambda: (clock.wall, clock.processor))
     monkeypatch.setattr(harness, "CLOCK", clock)
     return clock
 

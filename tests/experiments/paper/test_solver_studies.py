@@ -42,7 +42,7 @@ WAYS = ("solver", "keras_call", "predictor", "predictor_batch")
 
 def test_measured_seconds_are_the_processors(tmp_path, monkeypatch):
     ticks = iter(np.arange(10_000.0).tolist())
-    monkeypatch.setattr(timing, "hands", lambda: (0.0, next(ticks)))
+    monkeypatch.setattr(timing, "clock_seconds", lambda: (0.0, next(ticks)))
     ways = dict.fromkeys(("Keras call", "ONNX"), lambda cases: np.zeros((len(cases), 122)))
     monkeypatch.setattr(canonical_times.tools, "ways_to_call", lambda *_: (ways, {}))
     monkeypatch.setattr(canonical_times, "paper_rows", lambda name: paper_rows(name)[:2])

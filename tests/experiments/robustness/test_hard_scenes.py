@@ -95,7 +95,7 @@ def test_soak_resumes_from_its_chunks(tmp_path, monkeypatch):
         chunk = soak[where]
         assert chunk["raised"] == chunk["silent"] == 0
         assert chunk["statuses"] == {"completed": chunk["protocols"]}
-    monkeypatch.setattr(random_scenes, "soaked", None)
+    monkeypatch.setattr(random_scenes, "simulated_row", None)
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
 
@@ -106,7 +106,7 @@ def test_memory_grows():
 
 
 def test_chunks_depend_on_their_settings(tmp_path, monkeypatch):
-    monkeypatch.setattr(random_scenes, "soaked", lambda _: {})
+    monkeypatch.setattr(random_scenes, "simulated_row", lambda _: {})
 
     def kept(seed):
         random_scenes.chunk("inside", 0, 4, seed, tmp_path)
@@ -124,7 +124,7 @@ def test_soak_sees_exceptions(monkeypatch):
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr(Case, "run", broken)
-    row = random_scenes.soaked(rows_of(drawn("inside", 1, 0))[0])
+    row = random_scenes.simulated_row(rows_of(drawn("inside", 1, 0))[0])
     assert row["raised"]
     assert row["status"] == "ZeroDivisionError: division by zero"
 

@@ -35,7 +35,7 @@ def drawn_of(factors):
 def order_of(factors):
     contenders = {name: [name] for name in factors}
     trained = {name: seeds for name, seeds in factors.items() if seeds}
-    (pair,) = ranking.duels("a", contenders, drawn_of(trained), {name: len(seeds) for name, seeds in trained.items()})
+    (pair,) = ranking.orders("a", contenders, drawn_of(trained), {name: len(seeds) for name, seeds in trained.items()})
     return pair
 
 
@@ -64,9 +64,9 @@ def test_equal_models_tie_and_best_counts():
     assert ranking.decision(0.5) == ranking.TIE
     assert ranking.decision(None) == ranking.NOT_DECIDED
     drawn = {metric: {"a": np.full(9, 2.0), "b": np.full(9, 3.0), "c": np.full(9, 1.0)} for metric in ranking.COLUMNS}
-    (pair,) = ranking.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
+    (pair,) = ranking.orders("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
     assert pair["probability"]["test_mse"] == 0.0
-    (pair,) = ranking.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, {"a": 3, "b": 3, "c": 1})
+    (pair,) = ranking.orders("A", {"A": ["a"], "B": ["b", "c"]}, drawn, {"a": 3, "b": 3, "c": 1})
     assert pair["decision"] == "not decided"
 
 
