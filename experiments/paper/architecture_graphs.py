@@ -31,12 +31,12 @@ def label(layer: Any) -> str:
 
 def kind_and_label(operations: list[Any]) -> tuple[str, str]:
     """Kind and text of the box of a layer, or of the layers of a block; the first layer of a block names its kind."""
-    kind, config = type(operations[0]).__name__, operations[0].get_config()
-    if len(operations) > 1 and kind == "Conv1D":
+    box_class, config = type(operations[0]).__name__, operations[0].get_config()
+    if len(operations) > 1 and box_class == "Conv1D":
         return "ResidualBlock", f"TCN {config['filters']}, d = {config['dilation_rate'][0]}"
-    if len(operations) > 1 and kind == "MultiHeadAttention":
+    if len(operations) > 1 and box_class == "MultiHeadAttention":
         return "EncoderBlock", f"Encoder, {config['num_heads']} heads"
-    return kind, label(operations[0])
+    return box_class, label(operations[0])
 
 
 def box_name(operation: Any) -> str:
@@ -54,20 +54,20 @@ def graph(model: Any) -> dict[str, Any]:
         # Keras 3 has no public interface for the inputs of a layer.
         nodes = [operation._inbound_nodes[0] for operation in operations]
         sources = [box_name(tensor._keras_history.operation) for node in nodes for tensor in node.input_tensors]
-        kind, text = kind_and_label(operations)
+        box_class, text = kind_and_label(operations)
         layers.append(
             {
                 "name": name,
-                "kind": kind,
+                "kind": box_class,
                 "label": text,
                 "width": int(nodes[-1].output_tensors[0].shape[-1]),
-                "parameters": sum(int(part.count_params()) for part in operations if hasattr(part, "count_params")),
+                "parameters": sum(int(layer.count_params()) for layer in operations if hasattr(layer, "count_params")),
                 "inputs": [source for source in dict.fromkeys(sources) if source != name],
             }
         )
     blocks = [name for name, operations in boxes.items() if kind_and_label(operations)[0] == "ResidualBlock"]
-    convolutions = [part for name in blocks for part in boxes[name] if type(part).__name__ == "Conv1D"]
-    steps = (part.dilation_rate[0] * (part.kernel_size[0] - 1) for part in convolutions)
+    convolutions = [layer for name in blocks for layer in boxes[name] if type(layer).__name__ == "Conv1D"]
+    steps = (layer.dilation_rate[0] * (layer.kernel_size[0] - 1) for layer in convolutions)
     receptive = 1 + sum(steps) if blocks else None
     return {"parameters": int(model.count_params()), "receptive_field": receptive, "layers": layers}
 
