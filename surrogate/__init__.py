@@ -49,17 +49,17 @@ class _KerasImport(importlib.abc.MetaPathFinder):
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
         """Return the specification of Keras, extended by the registration; `None` for other modules."""
-        found = importlib.machinery.PathFinder.find_spec(name, path, target) if name == "keras" else None
-        if found is None or found.loader is None:
+        spec = importlib.machinery.PathFinder.find_spec(name, path, target) if name == "keras" else None
+        if spec is None or spec.loader is None:
             return None
-        run = found.loader.exec_module
+        run = spec.loader.exec_module
 
         def run_and_register(module: ModuleType) -> None:
             run(module)
             _register_layers()
 
-        found.loader.exec_module = run_and_register  # type: ignore[method-assign]
-        return found
+        spec.loader.exec_module = run_and_register  # type: ignore[method-assign]
+        return spec
 
 
 def _register_layers() -> None:

@@ -76,7 +76,7 @@ def versions() -> dict[str, str]:
     import numpy as np
 
     backend = keras.backend.backend()
-    found = {"python": platform.python_version(), "keras": keras.__version__, "numpy": np.__version__}
+    installed = {"python": platform.python_version(), "keras": keras.__version__, "numpy": np.__version__}
     if backend != "numpy":
-        found[backend] = importlib.import_module(backend).__version__
-    return found
+        installed[backend] = importlib.import_module(backend).__version__
+    return installed

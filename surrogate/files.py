@@ -57,10 +57,10 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which {where}")
         return path
     roots = model_roots(root, banded=name in BANDED)
-    for place in roots if named else ():
-        if (place / path).is_dir():
-            return place / path
-    trained = sorted({found.parent.name for place in roots for found in place.glob("*/run.json")})
+    for directory in roots if named else ():
+        if (directory / path).is_dir():
+            return directory / path
+    trained = sorted({run_file.parent.name for directory in roots for run_file in directory.glob("*/run.json")})
     if isinstance(name, Path) or not named:
         raise FileNotFoundError(
             f"Expected a model's name, a directory with run.json, or an .onnx file. Received: {str(name)!r}"
@@ -71,9 +71,9 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             "Received: a name without a model"
         )
     if name not in names():
-        known = ", ".join(sorted({*names(), *trained, *BANDED}))
+        available = ", ".join(sorted({*names(), *trained, *BANDED}))
         raise ValueError(
-            f"Unknown model name. Expected ./NAME for a folder, or one of {known}. Received: name={shown(name)}"
+            f"Unknown model name. Expected ./NAME for a folder, or one of {available}. Received: name={shown(name)}"
         )
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(
@@ -115,9 +115,9 @@ def weights_sha256(folder: Path) -> str:
 def write_run(folder: Path, run: dict[str, Any]) -> None:
     """Write `run.json` of a model directory, with the SHA-256 sums of the files that are read with it."""
     sums = {name: sha256(folder / name) for name in SUMMED if (folder / name).is_file()}
-    content = run | {"sha256": sums}
-    content["sha256"] = sums | {"run.json": _sum_of(content)}
-    write_whole(folder / "run.json", json.dumps(content, indent=1) + "\n")
+    record = run | {"sha256": sums}
+    record["sha256"] = sums | {"run.json": _sum_of(record)}
+    write_whole(folder / "run.json", json.dumps(record, indent=1) + "\n")
 
 
 def read_intact(path: Path, run: dict[str, Any]) -> bytes:
@@ -127,10 +127,10 @@ def read_intact(path: Path, run: dict[str, Any]) -> bytes:
         FileNotFoundError: the file is missing.
         ValueError: the file is damaged, or belongs to another model.
     """
-    content = existing(path).read_bytes()
-    if hashlib.sha256(content).hexdigest() != run["sha256"].get(path.name):
+    file_bytes = existing(path).read_bytes()
+    if hashlib.sha256(file_bytes).hexdigest() != run["sha256"].get(path.name):
         raise _damage(path)
-    return content
+    return file_bytes
 
 
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:

@@ -76,26 +76,31 @@ class Bands:
     def __post_init__(self) -> None:
         # Compiled code reads them without a check.
         kinds = len(RESULTS + BANDS)
-        wanted = {
+        expected = {
             "ranges": (len(KNOWN), 2),
             "coefficients": (kinds, FACTORS.shape[1]),
             "edges": (kinds, GROUPS - 1),
             "shape": (GROUPS, *self.shape.shape[-1:]),
             "quantiles": (kinds, CELLS, len(LEVELS)),
         }
-        for name, shape in wanted.items():
-            if (found := getattr(self, name).shape) != shape:
-                raise ValueError(f"Expected {name} of shape {shape}. Received: shape {found}")
+        for name, shape in expected.items():
+            if (received := getattr(self, name).shape) != shape:
+                raise ValueError(f"Expected {name} of shape {shape}. Received: shape {received}")
 
     @classmethod
     def calibrate(
-        cls, ranges: Mapping[str, Any], known: np.ndarray, errors: np.ndarray, force_errors: np.ndarray, fitted: int
+        cls,
+        ranges: Mapping[str, Any],
+        predictors: np.ndarray,
+        errors: np.ndarray,
+        force_errors: np.ndarray,
+        fitted: int,
     ) -> Bands:
         """Fit the expected errors to the first `fitted` trajectories, and take the quantiles of the others.
 
         Args:
             ranges: Low and high of each quantity in `KNOWN`, by name.
-            known: Those quantities and the sharpness of the predicted peak, shape `(batch, 7)`.
+            predictors: Those quantities and the sharpness of the predicted peak, shape `(batch, 7)`.
             errors: Of `RESULTS`, as in `result_errors`, shape `(3, batch)`.
             force_errors: Absolute error of the scaled force, shape `(batch, steps)`.
             fitted: How many trajectories the expected errors are fitted to.
@@ -104,16 +109,16 @@ class Bands:
             The bands.
         """
         bounds = np.array([ranges[name] for name in KNOWN], dtype=np.float64)
-        terms, own = _placed(known, bounds)
-        outside = np.arange(len(known)) >= fitted
-        found: list[tuple[np.ndarray, np.ndarray]] = []
+        terms, own = _placed(predictors, bounds)
+        outside = np.arange(len(predictors)) >= fitted
+        fits: list[tuple[np.ndarray, np.ndarray]] = []
 
         def judge(error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Fit the expected size of one error, and return its logarithm and the group of each trajectory."""
             coefficients = np.linalg.lstsq(terms[:fitted], np.log(error[:fitted] + 1e-5), rcond=None)[0]
             size = terms @ coefficients
             edges = np.quantile(size[outside & (own < 0)], np.arange(1, GROUPS) / GROUPS)
-            found.append((coefficients, edges))
+            fits.append((coefficients, edges))
             return size, np.searchsorted(edges, size)
 
         for error in errors:
@@ -122,44 +127,44 @@ class Bands:
         judged = (force_errors / np.exp(size)[:, np.newaxis])[:fitted]
         shape = np.stack([np.quantile(judged[group[:fitted] == row], 0.9, axis=0) for row in range(GROUPS)])
         judge((force_errors / (shape := np.maximum(shape, 1e-6))[group]).max(axis=1))
-        coefficients, edges = map(np.stack, zip(*found, strict=True))
-        bands = cls(bounds, coefficients, edges, shape, np.full((len(found), CELLS, len(LEVELS)), UNSEEN))
-        return bands.recalibrated(known[fitted:], errors[:, fitted:], force_errors[fitted:])
+        coefficients, edges = map(np.stack, zip(*fits, strict=True))
+        bands = cls(bounds, coefficients, edges, shape, np.full((len(fits), CELLS, len(LEVELS)), UNSEEN))
+        return bands.recalibrated(predictors[fitted:], errors[:, fitted:], force_errors[fitted:])
 
-    def recalibrated(self, known: np.ndarray, errors: np.ndarray, force_errors: np.ndarray) -> Bands:
+    def recalibrated(self, predictors: np.ndarray, errors: np.ndarray, force_errors: np.ndarray) -> Bands:
         """Take the quantiles of trajectories in each cell that holds some of them; other cells stay as they are.
 
         The arguments are those of `calibrate`.
         """
-        sizes, groups, cells = _judged(known, self.ranges, self.coefficients, self.edges)
+        sizes, groups, cells = _judged(predictors, self.ranges, self.coefficients, self.edges)
         judged, quantiles = force_errors / self.shape[groups[len(RESULTS)]], self.quantiles.copy()
         for row, error in enumerate([*errors, judged, judged.max(axis=1)]):
             ratio = (error.T / sizes[row]).T
-            for one in np.unique(cells[row]):
-                quantiles[row, one] = _quantiles(ratio[cells[row] == one])
+            for cell in np.unique(cells[row]):
+                quantiles[row, cell] = _quantiles(ratio[cells[row] == cell])
         return replace(self, quantiles=quantiles)
 
-    def half_widths(self, known: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
+    def half_widths(self, predictors: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
         """Return half-widths, and the row of `shape` of which those of `BANDS` are multiples.
 
         Args:
-            known: As in `calibrate`.
+            predictors: As in `calibrate`.
             coverage: The share of true values that intervals and bands are to contain.
 
         Returns:
             Half-widths of `RESULTS`, in the units of `result_errors`, and of `BANDS`, shape `(5, batch)`; the rows,
             shape `(batch,)`.
         """
-        half, groups, cells = _judged(known, self.ranges, self.coefficients, self.edges)
+        half, groups, cells = _judged(predictors, self.ranges, self.coefficients, self.edges)
         half *= self.quantiles_at(coverage)[_ROWS, cells]
         return half, groups[len(RESULTS)]
 
     def quantiles_at(self, coverage: float) -> np.ndarray:
         """Return the quantiles at a coverage, interpolated between the levels, shape `(5, CELLS)`."""
         right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
-        part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
-        found: np.ndarray = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
-        return found
+        share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
+        quantiles: np.ndarray = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
+        return quantiles
 
     def around(
         self,
@@ -186,27 +191,27 @@ class Bands:
         *readings, sharpness, unit = results(times, indentations, force, np.array(counts))
         half, rows = self.half_widths(np.array([*(quantities[name] for name in KNOWN), sharpness]).T, coverage)
         half[RESULTS.index("hysteresis")] *= unit
-        each = zip(np.transpose(readings).tolist(), half.T.tolist(), self.shape[rows], strict=True)
-        return [Doubt(coverage, scaling, *one) for one in each]
+        per_trajectory = zip(np.transpose(readings).tolist(), half.T.tolist(), self.shape[rows], strict=True)
+        return [Doubt(coverage, scaling, *fields) for fields in per_trajectory]
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""
         return {name: np.asarray(values, dtype=np.float32) for name, values in vars(self).items()}
 
 
-def result_errors(found: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.ndarray:
+def result_errors(predicted: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.ndarray:
     """Errors of `RESULTS`, shape (3, batch), of what `results` found against the true values, in its order.
 
     Those of the pull-off force and of the time since `begin`, the end of the dwell, are absolute differences of
     logarithms; that of the hysteresis is in units of the predicted loop area, or of a hundredth of the work of loading
     if this is more.
     """
-    instants = [np.maximum(one - begin, 1e-300) for one in (found[1], true[1])]
+    instants = [np.maximum(time - begin, 1e-300) for time in (predicted[1], true[1])]
     return np.stack(
         [
-            np.abs(np.log(np.maximum(found[0], 1e-6) / true[0])),
+            np.abs(np.log(np.maximum(predicted[0], 1e-6) / true[0])),
             np.abs(np.log(instants[0] / instants[1])),
-            np.abs(np.abs(found[2]) - true[2]) / found[4],
+            np.abs(np.abs(predicted[2]) - true[2]) / predicted[4],
         ]
     )
 
@@ -223,58 +228,58 @@ def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, coun
     Returns:
         Array of shape (5, batch).
     """
-    found = np.empty((5, len(times)))
+    readings = np.empty((5, len(times)))
     loading, turn = counts[0], counts[0] + counts[1] - 1
     for row in range(len(times)):
         time, values = times[row], force[row]
         top = turn + np.argmax(values[turn:])
-        found[0, row], found[1, row] = values[top], time[top]
+        readings[0, row], readings[1, row] = values[top], time[top]
         if turn < top < len(time) - 1:
             before, after = time[top] - time[top - 1], time[top + 1] - time[top]
             rise, fall = (values[top] - values[top - 1]) / before, (values[top + 1] - values[top]) / after
             bend = (fall - rise) / (before + after)
-            found[3, row] = 1.0 - max(values[top - 1], values[top + 1]) / max(values[top], 1e-300)
+            readings[3, row] = 1.0 - max(values[top - 1], values[top + 1]) / max(values[top], 1e-300)
             if bend < 0.0:
                 slope = rise + bend * before
-                found[0, row] -= 0.25 * slope * slope / bend
-                found[1, row] -= 0.5 * slope / bend
+                readings[0, row] -= 0.25 * slope * slope / bend
+                readings[1, row] -= 0.5 * slope / bend
         else:
-            found[3, row] = 0.0
-        found[2, row] = 0.0
+            readings[3, row] = 0.0
+        readings[2, row] = 0.0
         for first, last in ((0, loading), (turn, len(time))):
             span = indentations[row, last - 1] - indentations[row, first]
-            part, here = time[first:last], values[first:last]
-            area = monotone_integral(part, here, monotone_slopes(part, here))
-            found[2, row] -= area * span / (part[-1] - part[0])
+            instants, forces = time[first:last], values[first:last]
+            area = monotone_integral(instants, forces, monotone_slopes(instants, forces))
+            readings[2, row] -= area * span / (instants[-1] - instants[0])
             if first == 0:
-                found[4, row] = max(0.01 * abs(found[2, row]), 1e-300)
-        found[4, row] = max(found[4, row], abs(found[2, row]))
-    return found
+                readings[4, row] = max(0.01 * abs(readings[2, row]), 1e-300)
+        readings[4, row] = max(readings[4, row], abs(readings[2, row]))
+    return readings
 
 
 @kernel
-def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _placed(predictors: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where quantities and sharpness (batch, 7) lie in the ranges (6, 2).
 
     Returns:
         The constant, the places in the logarithms of the ranges, from -1 to 1, and their products of two and three,
         shape (batch, 120); and the number of the cell, -1 where the expected error decides it, shape (batch,).
     """
-    batch, count = known.shape
+    batch, count = predictors.shape
     terms, own = np.ones((batch, FACTORS.shape[1])), np.empty(batch, np.int64)
     places = np.ones(count + 1)
     for row in range(batch):
         number, outermost = 0, True
         for i in range(count - 1):
             low, high = math.log(bounds[i, 0]), math.log(bounds[i, 1])
-            place = (2.0 * math.log(max(known[row, i], LEAST)) - low - high) / (high - low)
-            places[i + 1] = place = min(max(place, -1.0), 1.0)
-            number += (place > 0.0) << i
-            outermost = outermost and abs(place) >= 1.0 - 2.0 * OUTERMOST - 1e-9
-        places[count] = 1.0 + math.log(max(known[row, count - 1], LEAST)) / 4.0
+            position = (2.0 * math.log(max(predictors[row, i], LEAST)) - low - high) / (high - low)
+            places[i + 1] = position = min(max(position, -1.0), 1.0)
+            number += (position > 0.0) << i
+            outermost = outermost and abs(position) >= 1.0 - 2.0 * OUTERMOST - 1e-9
+        places[count] = 1.0 + math.log(max(predictors[row, count - 1], LEAST)) / 4.0
         own[row] = number if outermost else -1
         for number in range(len(NEARLY_ELASTIC)):
-            if known[row, count - 2] >= NEARLY_ELASTIC[number]:
+            if predictors[row, count - 2] >= NEARLY_ELASTIC[number]:
                 own[row] = CORNERS + GROUPS + number
         for term in range(terms.shape[1]):
             for factor in FACTORS[:, term]:
@@ -284,22 +289,22 @@ def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 @kernel
 def _judged(
-    known: np.ndarray, bounds: np.ndarray, coefficients: np.ndarray, edges: np.ndarray
+    predictors: np.ndarray, bounds: np.ndarray, coefficients: np.ndarray, edges: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Expected errors, numbers of groups and numbers of cells, each (5, batch), of `known` and `bounds` as above."""
-    terms, own = _placed(known, bounds)
-    sizes = np.zeros((len(coefficients), len(known)))
+    """Expected errors, numbers of groups and of cells, each (5, batch), of `predictors` and `bounds` as above."""
+    terms, own = _placed(predictors, bounds)
+    sizes = np.zeros((len(coefficients), len(predictors)))
     groups = np.zeros(sizes.shape, np.int64)
     cells = np.empty_like(groups)
-    for row in range(len(known)):
-        for kind in range(len(coefficients)):
+    for row in range(len(predictors)):
+        for index in range(len(coefficients)):
             size = 0.0
             for term in range(terms.shape[1]):
-                size += coefficients[kind, term] * terms[row, term]
-            for edge in edges[kind]:
-                groups[kind, row] += size > edge
-            sizes[kind, row] = math.exp(size)
-            cells[kind, row] = own[row] if own[row] >= 0 else CORNERS + groups[kind, row]
+                size += coefficients[index, term] * terms[row, term]
+            for edge in edges[index]:
+                groups[index, row] += size > edge
+            sizes[index, row] = math.exp(size)
+            cells[index, row] = own[row] if own[row] >= 0 else CORNERS + groups[index, row]
     return sizes, groups, cells
 
 

@@ -51,12 +51,12 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     if backend not in BACKENDS:
         raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
-    place = find_model(name, root)
-    if name in BANDED or (place / "bands.npz").is_file():
+    source = find_model(name, root)
+    if name in BANDED or (source / "bands.npz").is_file():
         if backend != "onnx":
             raise ValueError(f"Expected the backend 'onnx' for {name}, whose card has errors. Received: {backend!r}")
-        return load_banded(place, threads)
-    return Surrogate(_network(place, backend, threads))
+        return load_banded(source, threads)
+    return Surrogate(_network(source, backend, threads))
 
 
 def load_banded(folder: Path, threads: int = 1) -> Surrogate:
@@ -74,21 +74,21 @@ def load_banded(folder: Path, threads: int = 1) -> Surrogate:
     return Surrogate(network, steps="physical", counts=tuple(run["counts"]), bands=bands)
 
 
-def _network(place: Path, backend: str, threads: int) -> Network:
+def _network(source: Path, backend: str, threads: int) -> Network:
     """Return the network of a model directory or an ONNX file."""
-    if place.is_file():
+    if source.is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
-        return _exported(place, threads)
-    run, scaling = read_run(place)
+            raise ValueError(f"Expected a model directory for the {backend} backend. Received: {source}")
+        return _exported(source, threads)
+    run, scaling = read_run(source)
     if backend == "keras":
-        return keras_network(place, run, scaling)
-    path = place / onnx_file.ONNX_NAME
+        return keras_network(source, run, scaling)
+    path = source / onnx_file.ONNX_NAME
     if not path.is_file():
-        existing(place / WEIGHTS)
+        existing(source / WEIGHTS)
         raise FileNotFoundError(
-            f"Expected {path.name} in {place}; write it with `surrogate export {place}`, or choose the backend keras. "
-            "Received: no such file"
+            f"Expected {path.name} in {source}; write it with `surrogate export {source}`, or choose the backend "
+            "keras. Received: no such file"
         )
     return OnnxNetwork(read_intact(path, run), scaling, run["name"], threads)
 
@@ -98,29 +98,29 @@ def _exported(path: Path, threads: int) -> OnnxNetwork:
     if not path.is_file():
         where = "is a directory" if path.is_dir() else "does not exist"
         raise FileNotFoundError(f"Expected {EXPORTED}. Received: {path}, which {where}")
-    content = path.read_bytes()
-    if not onnx_file.is_intact(content):
-        words = "which is not one, is damaged, or is of an earlier version; export it again"
-        raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}")
+    file_bytes = path.read_bytes()
+    if not onnx_file.is_intact(file_bytes):
+        reason = "which is not one, is damaged, or is of an earlier version; export it again"
+        raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}")
     try:
-        session = onnx_file.session_of(content, threads)
+        session = onnx_file.session_of(file_bytes, threads)
         metadata = dict(session.get_modelmeta().custom_metadata_map)
     # ONNX Runtime's exceptions share no base class of their own.
     except Exception as error:
         raise ValueError(f"Expected {EXPORTED}. Received: {path}, which ONNX Runtime cannot read") from error
-    found, version = metadata.get("format"), metadata.get("format_version")
-    words, cause = "", None
-    if found == onnx_file.PRETRAINED_FORMAT:
+    file_format, version = metadata.get("format"), metadata.get("format_version")
+    reason, cause = "", None
+    if file_format == onnx_file.PRETRAINED_FORMAT:
         name = shortened(metadata.get("name", ""))
-        words = f"which holds the pretrained model {name} for other programs; load it by its name"
-    elif found != onnx_file.ONNX_FORMAT:
-        words = "which is not one"
+        reason = f"which holds the pretrained model {name} for other programs; load it by its name"
+    elif file_format != onnx_file.ONNX_FORMAT:
+        reason = "which is not one"
     elif version != str(onnx_file.ONNX_FORMAT_VERSION):
-        words = f"which is of version {shortened(str(version))}, not {onnx_file.ONNX_FORMAT_VERSION}"
+        reason = f"which is of version {shortened(str(version))}, not {onnx_file.ONNX_FORMAT_VERSION}"
     else:
         try:
             scaling = Scaling.from_json(metadata["scaling"], source=path)
-            return OnnxNetwork(content, scaling, metadata["name"], threads, session)
+            return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)
         except (KeyError, ValueError) as error:
-            words, cause = "which another program wrote", error
-    raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause
+            reason, cause = "which another program wrote", error
+    raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}") from cause

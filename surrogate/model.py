@@ -131,10 +131,10 @@ class Surrogate:
         clock = time.perf_counter()
         single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
         protocols = list(protocol) if isinstance(protocol, Iterable) else [protocol]
-        for one in protocols:
-            if not isinstance(one, LoadingProtocol):
+        for entry in protocols:
+            if not isinstance(entry, LoadingProtocol):
                 raise ValueError(
-                    f"Expected LoadingProtocols; `predict_history` takes other histories. Received: {shown(one)}"
+                    f"Expected LoadingProtocols; `predict_history` takes other histories. Received: {shown(entry)}"
                 )
         if len(protocols) == 1 and isinstance(scene, Iterable):
             scene = list(scene)
@@ -145,29 +145,29 @@ class Surrogate:
         if not protocols:
             return []
         paths = [
-            (mu, one.peak_indentation, one.loading_rate, one.dwell_time, one.unloading_rate, one.start(mu))
-            for one, mu in zip(protocols, tabor.tolist(), strict=True)
+            (mu, case.peak_indentation, case.loading_rate, case.dwell_time, case.unloading_rate, case.start(mu))
+            for case, mu in zip(protocols, tabor.tolist(), strict=True)
         ]
         grid = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
         outside = validity.excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
         reasons = self._refusals(outside, len(protocols), single=single)
         if self.bands is not None:
             grid["dwell_time"] = np.maximum(grid["dwell_time"], self.scaling.ranges["dwell_time"][0])
-        found: dict[int, PredictedTrajectory] = {}
+        predictions: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
         for dwell, chosen in ((self.counts[1], grid["dwell_time"] > 0.0), (0, grid["dwell_time"] == 0.0)):
             if not chosen.any():
                 continue
             rows = slice(None) if chosen.all() else np.flatnonzero(chosen)
             counts = (self.counts[0], dwell, self.counts[2])
-            part, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
-            times, indentations = grid_of(self.steps, part, solids, counts)
+            subset, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
+            times, indentations = grid_of(self.steps, subset, solids, counts)
             edge = edge_from_counts(counts, len(times))
             force = self.network.force(times, indentations, tabor[rows], solids, edge)
             doubts: Sequence[Doubt] = ()
             if self.bands is not None:
-                known = part | {"modulus_ratio": solids}
-                doubts = self.bands.around(times, indentations, force, self.scaling, known, counts, coverage)
+                quantities = subset | {"modulus_ratio": solids}
+                doubts = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
             numbers = np.arange(len(protocols))[rows].tolist()
             trajectories = predicted_trajectories(
                 times,
@@ -181,13 +181,13 @@ class Surrogate:
                 modulus_ratios=() if self.bands is None else solids.tolist(),
                 doubts=doubts,
             )
-            found |= zip(numbers, trajectories, strict=True)
+            predictions |= zip(numbers, trajectories, strict=True)
         if outside:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
             validity.warn_of_extrapolation(self.name, outside, where, reasons)
-        return found[0] if single else [found[index] for index in range(len(protocols))]
+        return predictions[0] if single else [predictions[index] for index in range(len(protocols))]
 
     def predict_history(
         self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
@@ -216,15 +216,15 @@ class Surrogate:
             ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.validity`).
                 One warning names all such quantities, with the value farthest outside and the range.
         """
-        given, found = self._checked(times, indentations, scene, edge)
-        if self.bands is not None and given[0].shape[1] != sum(self.counts):
+        histories, excesses = self._checked(times, indentations, scene, edge)
+        if self.bands is not None and histories[0].shape[1] != sum(self.counts):
             raise ValueError(
                 f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
-                f"that {self.name} knows. Received: {given[0].shape[1]} points"
+                f"that {self.name} knows. Received: {histories[0].shape[1]} points"
             )
-        reasons = self._refusals(found, len(given[0]), single=np.ndim(times) == 1)
-        validity.warn_of_extrapolation(self.name, found, reasons=reasons)
-        force = self.network.force(*given)
+        reasons = self._refusals(excesses, len(histories[0]), single=np.ndim(times) == 1)
+        validity.warn_of_extrapolation(self.name, excesses, reasons=reasons)
+        force = self.network.force(*histories)
         force[[bool(reason) for reason in reasons]] = np.nan
         return force.reshape(np.shape(times))
 
@@ -238,8 +238,8 @@ class Surrogate:
         Returns:
             One tuple of texts per history, empty if all quantities are inside.
         """
-        given, found = self._checked(times, indentations, scene, edge)
-        return [validity.of_history(found, index) for index in range(len(given[0]))]
+        histories, excesses = self._checked(times, indentations, scene, edge)
+        return [validity.of_history(excesses, index) for index in range(len(histories[0]))]
 
     def _refusals(self, outside: list[validity.Excess], count: int, *, single: bool) -> list[str]:
         """Return what `validity.refusals` says of each history; raise it of a single one."""
@@ -252,10 +252,10 @@ class Surrogate:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""
         tabor, ratio = validity.contacts(scene, count)
         own = self.modulus_ratio
-        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
+        if own is not None and (wrong := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
             raise ValueError(
                 f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
-                f"know any standard linear solid. Received: modulus_ratio={float(ratio[other[0]])!r}"
+                f"know any standard linear solid. Received: modulus_ratio={float(ratio[wrong[0]])!r}"
             )
         return tabor, ratio
 

@@ -58,9 +58,9 @@ class Network:
             ValueError: the backend cannot compute them, for example because attention over a long history exceeds the
                 memory.
         """
-        given = [times, indentations, tabor, ratio, edge]
+        inputs = [times, indentations, tabor, ratio, edge]
         parts = [
-            self._force(*(None if one is None else one[at : at + self.batch] for one in given))
+            self._force(*(None if array is None else array[at : at + self.batch] for array in inputs))
             for at in range(0, len(times), self.batch)
         ]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
@@ -69,9 +69,9 @@ class Network:
         """Return the forces of one batch."""
         if ratio is None:
             ratio = self.scaling.modulus_ratio
-        found = channels(times, indentations, edge, self.scaling.features, tabor=tabor, modulus_ratio=ratio)
-        sequence = np.zeros(found.shape, np.float32)
-        sequence[:, self.steps] = self.scaling.scale_channels(found[:, self.steps])
+        physical = channels(times, indentations, edge, self.scaling.features, tabor=tabor, modulus_ratio=ratio)
+        sequence = np.zeros(physical.shape, np.float32)
+        sequence[:, self.steps] = self.scaling.scale_channels(physical[:, self.steps])
         return self.scaling.unscale_force(self.scaled(sequence, self.scaling.scale_tabor(tabor)))
 
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
@@ -94,9 +94,9 @@ class OnnxNetwork(Network):
     A pickled one carries the file, which another process may lack.
     """
 
-    def __init__(self, content: bytes, scaling: Scaling, name: str, threads: int = 1, session: Any = None) -> None:
+    def __init__(self, model_bytes: bytes, scaling: Scaling, name: str, threads: int = 1, session: Any = None) -> None:
         super().__init__(scaling, name)
-        self._content, self.threads, self.session = content, threads, session or session_of(content, threads)
+        self._content, self.threads, self.session = model_bytes, threads, session or session_of(model_bytes, threads)
         self.complete = self.session.get_inputs()[0].name == "times"
         self.batch = FILE_BATCH if self.complete else NETWORK_BATCH
 
@@ -125,13 +125,13 @@ class OnnxNetwork(Network):
 
     def _run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
         try:
-            found: np.ndarray = self.session.run(["force"], inputs)[0]
+            forces: np.ndarray = self.session.run(["force"], inputs)[0]
         except Exception as error:
             shape = max((np.shape(values) for values in inputs.values()), key=len)
             raise ValueError(
                 f"Expected histories that {self.name} can compute. Received: shape {shape} ({shortened(str(error))})"
             ) from error
-        return found
+        return forces
 
 
 class KerasNetwork(Network):

@@ -156,12 +156,12 @@ class PredictedTrajectory(Trajectory):
         """Return the scalars by name, ready for JSON; intervals of a model with bands only where finite."""
         names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force", "detached")
         scalars = {name: getattr(self, name) for name in names} | {"work": self.work()}
-        found = {"model": self.model, "status": self.status, **scalars, "extrapolated": list(self.extrapolated)}
+        entries = {"model": self.model, "status": self.status, **scalars, "extrapolated": list(self.extrapolated)}
         if self.pull_off_interval is None:
-            return found
+            return entries
         intervals = {name: list(getattr(self, name)) for name in INTERVALS}
         within = {} if self.extrapolated else intervals
-        return found | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
+        return entries | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
 
 
 def predicted_trajectories(

@@ -101,7 +101,9 @@ def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
     if len(scenes) not in (1, count):
         raise ValueError(f"Expected one scene, or one for each of {count} histories. Received: {len(scenes)}")
     values = np.empty((2, count))
-    values[:] = np.transpose([_contact(one, f" as scene {at}" * (len(scenes) > 1)) for at, one in enumerate(scenes)])
+    values[:] = np.transpose(
+        [_contact(entry, f" as scene {at}" * (len(scenes) > 1)) for at, entry in enumerate(scenes)]
+    )
     return values[0], values[1]
 
 
@@ -109,10 +111,10 @@ def _contact(scene: Any, where: str) -> tuple[float, float]:
     if not isinstance(scene, Scene):
         raise ValueError(f"Expected a bem.Scene. Received: {shown(scene)}{where}")
     if not isinstance(scene.adhesion, LennardJones) or scene.spring is not None or scene.indenter is not None:
-        other = "a spring" if scene.spring is not None else shown(scene.indenter or scene.adhesion)
+        unsupported = "a spring" if scene.spring is not None else shown(scene.indenter or scene.adhesion)
         raise ValueError(
             "Expected Lennard-Jones adhesion, a paraboloid and no spring, as in the training. "
-            f"Received: {other}{where}; the solver knows it (`bem.simulate`)"
+            f"Received: {unsupported}{where}; the solver knows it (`bem.simulate`)"
         )
     if not isinstance(scene.material, StandardLinearSolid | Elastic):
         raise ValueError(
@@ -143,13 +145,13 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     if sound.all():
         return
     row = int(sound.argmin())
-    time, place = times[row], f" in history {row}" if len(times) > 1 else ""
+    time, where = times[row], f" in history {row}" if len(times) > 1 else ""
     for name, values in (("times", time), ("indentations", indentations[row])):
         if not np.isfinite(values).all():
-            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{place}")
+            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{where}")
     for step in np.flatnonzero(steps[row] <= 0.0)[:1]:
-        found = f"{float(time[step + 1])!r} after {float(time[step])!r}"
-        raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
+        received = f"{float(time[step + 1])!r} after {float(time[step])!r}"
+        raise ValueError(f"Expected times that increase strictly. Received: {received}{where}")
     for name, values, low, high in (
         ("indentations", indentations[row], -LARGEST_INDENTATION, LARGEST_INDENTATION),
         ("times after the first", since[row], 0.0, LONGEST_HISTORY),
@@ -157,7 +159,7 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
         ("rates", rises[row] / steps[row], -LARGEST_RATE, LARGEST_RATE),
     ):
         for value in values[(values < low) | (values > high)][:1].tolist():
-            raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{place}")
+            raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{where}")
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
@@ -253,8 +255,8 @@ def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
     shares = np.array([excess.shares for excess in outside])
     for row in np.flatnonzero(shares.sum(axis=0) > MARGIN).tolist():
         farthest = int(shares[:, row].argmax())
-        excess, others = outside[farthest], np.delete(shares[:, row], farthest).sum()
-        low, high = allowed(excess.name, excess.low[row], excess.high[row], max(MARGIN - others, 0.0))
+        excess, other_shares = outside[farthest], np.delete(shares[:, row], farthest).sum()
+        low, high = allowed(excess.name, excess.low[row], excess.high[row], max(MARGIN - other_shares, 0.0))
         reasons[row] = (
             f"{excess.name} must be from {low:.4g} to {high:.4g} for {name}, the range of its training and a margin; "
             f"`bem.simulate` takes others; received {excess.values[row]:.6g}"
@@ -264,39 +266,39 @@ def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
 
 def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
-    found = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
+    bounds = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
     if tabor is not None:
         start = default_start_indentation(tabor)
         near = (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start
-        found |= {"start_indentation": near, "end_indentation": near}
-    return found | ranges
+        bounds |= {"start_indentation": near, "end_indentation": near}
+    return bounds | ranges
 
 
-def warn_of_extrapolation(name: str, found: list[Excess], where: str = "", reasons: Sequence[str] = ()) -> None:
+def warn_of_extrapolation(name: str, excesses: list[Excess], where: str = "", reasons: Sequence[str] = ()) -> None:
     """Issue one `ExtrapolationWarning` for all excesses, if there are any, at the caller of the calling method.
 
     Args:
         name: Name of the model.
-        found: What `excesses` returned; of each quantity, the value farthest outside is named.
+        excesses: What `excesses` returned; of each quantity, the value farthest outside is named.
         where: What lies outside, in words; by default the model.
         reasons: What `refusals` returned.
     """
-    if found:
-        words = [excess.words(int(excess.beyond.argmax())) for excess in found]
-        message = f"{where or f'{name} extrapolates beyond its training'}: {'; '.join(words)}. Advice: {advice(words)}"
+    if excesses:
+        texts = [excess.words(int(excess.beyond.argmax())) for excess in excesses]
+        message = f"{where or f'{name} extrapolates beyond its training'}: {'; '.join(texts)}. Advice: {advice(texts)}"
         if refused := list(filter(None, reasons)):
             message = f"{len(refused)} of {len(reasons)} predictions are refused and NaN: {refused[0]}. {message}"
         warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
 
-def advice(words: Iterable[str]) -> str:
+def advice(texts: Iterable[str]) -> str:
     """Return the advice on the texts of `Excess.words`, without repetition."""
-    return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], OTHERWISE) for quantity in words))
+    return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], OTHERWISE) for quantity in texts))
 
 
-def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
+def of_history(excesses: Iterable[Excess], index: int) -> tuple[str, ...]:
     """Return the quantities of the history `index` that are outside their range, as text."""
-    return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
+    return tuple(excess.words(index) for excess in excesses if excess.beyond[index] > 0.0)
 
 
 def history_quantities(

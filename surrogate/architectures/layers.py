@@ -136,7 +136,7 @@ class ChosenSteps(Layer):
 
     def __init__(self, steps: Sequence[int], **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.steps = [int(one) for one in steps]
+        self.steps = [int(step) for step in steps]
 
     def call(self, sequence: Any) -> Any:
         """Choose the steps."""

@@ -77,7 +77,7 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
         inspect.signature(builder).bind(**dict.fromkeys(ARGUMENTS))
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"Expected a builder that can be called as builder({', '.join(f'{one}=...' for one in ARGUMENTS)}). "
+            f"Expected a builder that can be called as builder({', '.join(f'{key}=...' for key in ARGUMENTS)}). "
             f"Received: {reprlib.repr(builder)} ({error})"
         ) from error
     try:
@@ -110,8 +110,8 @@ def load_architectures(files: Iterable[Path]) -> None:
         try:
             exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
         except (Exception, SystemExit) as error:
-            words = textwrap.shorten(f"{type(error).__name__}: {error}", 300)
-            raise ValueError(f"{WANTED}. Received: {file}, which fails{_line(error, file)}: {words}") from error
+            reason = textwrap.shorten(f"{type(error).__name__}: {error}", 300)
+            raise ValueError(f"{WANTED}. Received: {file}, which fails{_line(error, file)}: {reason}") from error
         finally:
             _loading.pop()
         if before == REGISTERED:
@@ -124,8 +124,8 @@ def source_of(name: str) -> Source | None:
     Raises:
         ValueError: the name is unknown.
     """
-    found = REGISTERED.get(split_name(name)[0])
-    return found.source if found else None
+    registered = REGISTERED.get(split_name(name)[0])
+    return registered.source if registered else None
 
 
 def require_source(run: dict[str, Any]) -> None:
@@ -139,13 +139,13 @@ def require_source(run: dict[str, Any]) -> None:
         return
     file, digest = (str(recorded.get(key)) for key in ("name", "sha256"))
     family = run["architecture"].rpartition("-")[0]
-    wanted = f"Expected {file} ({digest[:12]}), which built {run['name']}, by --architecture or an import"
+    expected = f"Expected {file} ({digest[:12]}), which built {run['name']}, by --architecture or an import"
     if family not in REGISTERED:
-        raise ValueError(f"{wanted}. Received: no architecture called {run['architecture']}")
+        raise ValueError(f"{expected}. Received: no architecture called {run['architecture']}")
     source = REGISTERED[family].source
     if source is None or source.sha256 != digest:
         received = f"{source.name} ({source.sha256[:12]})" if source else "one from no file"
-        raise ValueError(f"{wanted}. Received: {received}")
+        raise ValueError(f"{expected}. Received: {received}")
 
 
 def check_model(model: Any, name: str, features: str) -> None:
@@ -157,12 +157,12 @@ def check_model(model: Any, name: str, features: str) -> None:
     from surrogate.data.features import channel_names
 
     channels = len(channel_names(features))
-    wanted = {"sequence": (None, None, channels), "tabor": (None, 1)}
+    expected = {"sequence": (None, None, channels), "tabor": (None, 1)}
     inputs = {tensor.name: tuple(tensor.shape) for tensor in getattr(model, "inputs", None) or ()}
     outputs = [tuple(tensor.shape) for tensor in getattr(model, "outputs", None) or ()]
-    if list(inputs.items()) != list(wanted.items()) or outputs != [(None, None, 1)]:
+    if list(inputs.items()) != list(expected.items()) or outputs != [(None, None, 1)]:
         raise ValueError(
-            f"Expected a functional keras.Model of the inputs {wanted} and an output of shape (None, None, 1). "
+            f"Expected a functional keras.Model of the inputs {expected} and an output of shape (None, None, 1). "
             f"Received as {name}: {type(model).__name__} of the inputs {inputs} and outputs of shapes {outputs}"
         )
 

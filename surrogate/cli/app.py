@@ -85,8 +85,8 @@ def train(
     destination = models / published_as
     if not architecture:
         split_name(name)
-    given = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
-    otherwise = [f"--{option}" for option, chosen in given.items() if chosen]
+    changed = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
+    otherwise = [f"--{option}" for option, chosen in changed.items() if chosen]
     if otherwise and label is None and models == MODELS:
         raise ValueError(
             f"Expected --label with {', '.join(otherwise)}, because {destination} is for the model trained with the "
@@ -161,11 +161,11 @@ def evaluate(
 
     with Outputs(errors) as outputs:
         trained = load(name, models, backend="keras")
-        indices, found = evaluate_published(trained, find_model(name, models), dataset)
+        indices, test_errors = evaluate_published(trained, find_model(name, models), dataset)
         if errors is not None:
-            with outputs.write(errors) as part:
-                write_errors(part, indices, found)
-    for quantity, values in summary(found).items():
+            with outputs.write(errors) as temporary:
+                write_errors(temporary, indices, test_errors)
+    for quantity, values in summary(test_errors).items():
         numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
         typer.echo(f"{quantity:<30} {numbers}")
     if errors is not None:
@@ -214,24 +214,24 @@ def export(
     with Outputs(written) as outputs:
         if as_keras:
             model = surrogate.load(folder, backend="keras").model
-            with outputs.write(written) as part:
-                model.save(part)
+            with outputs.write(written) as temporary:
+                model.save(temporary)
         else:
-            content = None
+            model_bytes = None
             if folder.name in BANDED:
                 from surrogate.onnx.intervals_graph import banded_content
 
-                content = banded_content(load_banded(folder))
+                model_bytes = banded_content(load_banded(folder))
             elif out is not None:  # the present file, which takes no Keras, if it belongs to the others
                 with suppress(ValueError, FileNotFoundError):
-                    content = surrogate.load(folder).network.content()
-            if content is None:
+                    model_bytes = surrogate.load(folder).network.content()
+            if model_bytes is None:
                 import_keras()
                 from surrogate.training.runs import folder_content
 
-                content = folder_content(folder)
-            with outputs.write(written) as part:
-                part.write_bytes(content)
+                model_bytes = folder_content(folder)
+            with outputs.write(written) as temporary:
+                temporary.write_bytes(model_bytes)
     if written.absolute() == (folder / "model.onnx").absolute() and folder.name not in BANDED:
         write_run(folder, read_run(folder)[0])
     typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")

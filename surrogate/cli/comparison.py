@@ -26,7 +26,7 @@ class Answer:
     Args:
         scene: The scene that the solver is asked about.
         protocol: The protocol likewise.
-        found: The predicted trajectory.
+        predicted: The predicted trajectory.
         simulated: The solver's trajectory.
         check: Errors against it, and the materials of both.
         solver_force: Its force at the steps of the prediction.
@@ -34,7 +34,7 @@ class Answer:
 
     scene: Any
     protocol: Any
-    found: Any
+    predicted: Any
     simulated: Any = None
     check: dict[str, Any] | None = None
     solver_force: np.ndarray | None = None
@@ -44,35 +44,35 @@ class Answer:
         from bem import simulate
 
         self.simulated = simulate(self.scene, self.protocol)
-        own = model_ratio if self.found.modulus_ratio is None else self.found.modulus_ratio
+        own = model_ratio if self.predicted.modulus_ratio is None else self.predicted.modulus_ratio
         ratios = {"modulus_ratio": self.scene.material.modulus_ratio, "model_modulus_ratio": own}
-        self.check = solver_errors(self.found, self.simulated) | ratios
-        self.solver_force = solver_force(self.found.time, self.simulated)
+        self.check = solver_errors(self.predicted, self.simulated) | ratios
+        self.solver_force = solver_force(self.predicted.time, self.simulated)
 
 
-def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
+def readable(number: int, curve: Any, check: dict[str, Any] | None) -> str:
     """Return one trajectory as a table with units, then band, and errors where the solver was asked."""
     intervals, notes = {}, []
-    if found.pull_off_interval is not None:
-        words = f"no band: outside the ranges that {found.model} was trained on"
-        if not found.extrapolated:
-            intervals = {name: "{:.5g} to {:.5g}".format(*getattr(found, name)) for name in INTERVALS}
-            half = sorted(0.5 * (found.force_upper - found.force_lower))
-            words = (
-                f"{100 * found.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
+    if curve.pull_off_interval is not None:
+        note = f"no band: outside the ranges that {curve.model} was trained on"
+        if not curve.extrapolated:
+            intervals = {name: "{:.5g} to {:.5g}".format(*getattr(curve, name)) for name in INTERVALS}
+            half = sorted(0.5 * (curve.force_upper - curve.force_lower))
+            note = (
+                f"{100 * curve.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
                 f"the median, {half[-1]:.3g} at most; --out and --json give it"
             )
-        notes = [f"modulus ratio {found.modulus_ratio:g}; {words}"]
-    if not found.completed:
-        return f"trajectory {number}: {found.status}"
+        notes = [f"modulus ratio {curve.modulus_ratio:g}; {note}"]
+    if not curve.completed:
+        return f"trajectory {number}: {curve.status}"
     rows = [
-        ["quantity (tension positive)", "value", f"{100 * found.coverage:g} % interval" if intervals else "", "unit"]
+        ["quantity (tension positive)", "value", f"{100 * curve.coverage:g} % interval" if intervals else "", "unit"]
     ]
-    for words, name, interval in zip(WORDS, QUANTITIES, (*INTERVALS, ""), strict=True):
-        rows.append([words, f"{getattr(found, name):.5g}", intervals.get(interval, ""), UNITS[name]])
-    if found.work() < 0.0:
-        notes.append(f"work {found.work():.5g}: the contact gave energy back; not dissipation")
-    if not found.detached:
+    for label, name, interval in zip(WORDS, QUANTITIES, (*INTERVALS, ""), strict=True):
+        rows.append([label, f"{getattr(curve, name):.5g}", intervals.get(interval, ""), UNITS[name]])
+    if curve.work() < 0.0:
+        notes.append(f"work {curve.work():.5g}: the contact gave energy back; not dissipation")
+    if not curve.detached:
         notes.append("still attached at the end: the pull-off force is the largest so far")
     if check is not None:
         notes.append(check_words(check))
@@ -83,8 +83,8 @@ def check_words(check: dict[str, Any]) -> str:
     """Return the errors of a prediction against the solver in a sentence."""
     if not is_completed(check["solver_status"]):
         return f"against the solver: nothing to compare, it did not finish: {check['solver_status']}"
-    other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
-    material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""
+    other_material = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
+    material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other_material else ""
     return (
         f"against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
         f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
@@ -152,16 +152,16 @@ def plot_predictions(
     tools = [shown[0].model.partition("-")[0], *(f"M{number}" for number in range(1, 7))]
     colours = [COLOURS[tool] for tool in dict.fromkeys(tools) if tool in COLOURS]
     lines = []
-    for number, found in enumerate(shown):
-        line = replace(line_of(found), colour=colours[number % len(colours)])
+    for number, prediction in enumerate(shown):
+        line = replace(line_of(prediction), colour=colours[number % len(colours)])
         if len(shown) > 1:
-            line = replace(line, label=f"{found.model}, trajectory {number}" if number < len(colours) else "")
+            line = replace(line, label=f"{prediction.model}, trajectory {number}" if number < len(colours) else "")
         lines.append(replace(line, coverage=None) if number else line)
         if simulated and simulated[number].time.size:
             lines.append(replace(line_of(simulated[number]), label="" if number else "solver", dashed=True))
     corners = shown[0].corners
-    if any(not np.array_equal(one.corners, corners) for one in shown):
-        corners = np.array([min(one.time[0] for one in shown), max(one.time[-1] for one in shown)])
+    if any(not np.array_equal(curve.corners, corners) for curve in shown):
+        corners = np.array([min(curve.time[0] for curve in shown), max(curve.time[-1] for curve in shown)])
     figure = draw_curve(lines, corners, labels_of(corners), top=top_of(shown[0]) if len(shown) == 1 else None)
     if title:
         figure.suptitle(title, fontsize=10)

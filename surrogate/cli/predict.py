@@ -118,48 +118,50 @@ def predict(
             )
         ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = of_protocols(model, table, ratio, coverage)
-        refused = [(number, one.found.status) for number, one in enumerate(answers) if not one.found.completed]
+        refused = [
+            (number, answer.predicted.status) for number, answer in enumerate(answers) if not answer.predicted.completed
+        ]
         if refused and len(answers) == 1:
             typer.echo(f"surrogate: {refused[0][1]}", err=True)
             raise typer.Exit(1)
-        for number, words in refused[:1]:
-            typer.echo(f"warning: {len(refused)} of {len(answers)} trajectories are NaN; {number}: {words}", err=True)
+        for number, status in refused[:1]:
+            typer.echo(f"warning: {len(refused)} of {len(answers)} trajectories are NaN; {number}: {status}", err=True)
         quiet = out is not None and len(answers) > 1
-        warned = [(number, one.found) for number, one in enumerate(answers) if one.found.completed]
-        outside = [(number, words) for number, found in warned for words in found.extrapolated]
+        warned = [(number, answer.predicted) for number, answer in enumerate(answers) if answer.predicted.completed]
+        outside = [(number, text) for number, trajectory in warned for text in trajectory.extrapolated]
         beyond = len({number for number, _ in outside})
-        for number, words in outside[:1] if quiet else outside:
+        for number, text in outside[:1] if quiet else outside:
             more = f"{beyond} of {len(answers)} trajectories extrapolate; " if quiet else ""
-            typer.echo(f"warning: {more}trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
+            typer.echo(f"warning: {more}trajectory {number} extrapolates: {text}; {advice([text])}", err=True)
 
-        for one in answers if check else ():
-            one.compare(model.modulus_ratio)
+        for answer in answers if check else ():
+            answer.compare(model.modulus_ratio)
         if out is not None:
-            with outputs.write(out) as part:
+            with outputs.write(out) as temporary:
                 if source is None or steps or out.suffix == ".json":
-                    write_trajectories(part, answers)
+                    write_trajectories(temporary, answers)
                 else:
-                    write_protocols(part, table.columns, answers)
+                    write_protocols(temporary, table.columns, answers)
         alone = len(answers) == 1 and model.modulus_ratio in (None, ratio)
         title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
         if plot is not None:
-            with outputs.write(plot) as part:
-                simulated = [one.simulated for one in answers] if check else None
-                plot_predictions(part, [one.found for one in answers], simulated, title)
+            with outputs.write(plot) as temporary:
+                simulated = [answer.simulated for answer in answers] if check else None
+                plot_predictions(temporary, [answer.predicted for answer in answers], simulated, title)
     if as_json:
         typer.echo(to_json(answers))
     elif quiet:
         typer.echo(f"{len(answers) - len(refused)} trajectories are predicted")
-    for number, one in enumerate(() if as_json or quiet else answers):
+    for number, answer in enumerate(() if as_json or quiet else answers):
         typer.echo(f"{title or f'trajectory {number}'}\n")
-        typer.echo(readable(number, one.found, one.check))
+        typer.echo(readable(number, answer.predicted, answer.check))
     if outputs.sentence:
         typer.echo(outputs.sentence, err=as_json)
     if refused:
         raise typer.Exit(1)
 
 
-def _solver_material(model: Surrogate, table: Table, asked: float | None, *, check: bool) -> float:
+def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, check: bool) -> float:
     """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set.
 
     Raises:
@@ -172,30 +174,30 @@ def _solver_material(model: Surrogate, table: Table, asked: float | None, *, che
             f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
             f"standard linear solid. Received: a column {RATIO} in {table.path}"
         )
-    if column and asked is not None:
+    if column and chosen is not None:
         raise ValueError(
-            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {asked!r} "
+            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {chosen!r} "
             f"and a column {RATIO} in {table.path}"
         )
-    known = model.modulus_ratio
-    if asked is None:
-        if check and known is None and model.bands is None:
+    own = model.modulus_ratio
+    if chosen is None:
+        if check and own is None and model.bands is None:
             typer.echo(
                 f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
                 f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",
                 err=True,
             )
-        return USUAL_MODULUS_RATIO if known is None else known
-    if known is None or asked == known:
-        return asked
+        return USUAL_MODULUS_RATIO if own is None else own
+    if own is None or chosen == own:
+        return chosen
     if not check:
         raise ValueError(
-            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to run the solver with "
-            f"another one. Received: --modulus-ratio {asked:g}"
+            f"Expected the modulus ratio {own:g} that {model.name} was trained on, or --check to run the solver with "
+            f"another one. Received: --modulus-ratio {chosen:g}"
         )
     typer.echo(
-        f"warning: {model.name} was trained on the modulus ratio {known:g} only; the solver uses {asked:g}, so the "
+        f"warning: {model.name} was trained on the modulus ratio {own:g} only; the solver uses {chosen:g}, so the "
         "check compares two materials",
         err=True,
     )
-    return asked
+    return chosen

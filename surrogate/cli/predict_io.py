@@ -70,21 +70,21 @@ class Table:
         Raises:
             ValueError: one is not valid; the message says where, if this is a file.
         """
-        found = []
+        protocols = []
         for number, row in enumerate(zip(*(self.columns[name].tolist() for name in QUANTITIES), strict=True)):
             try:
                 tabor = Scene(row[0]).tabor
-                found.append(LoadingProtocol(**dict(zip(QUANTITIES[1:], row[1:], strict=True))))
-                found[-1].history(tabor)
+                protocols.append(LoadingProtocol(**dict(zip(QUANTITIES[1:], row[1:], strict=True))))
+                protocols[-1].history(tabor)
             except ValueError as error:
                 # The sentence ends with what was received.
                 raise ValueError(f"{error} {self.where(number)}" if self.path.name else str(error)) from error
-        return found
+        return protocols
 
-    def require(self, what: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
+    def require(self, expected: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
         """Raise a `ValueError` about the first row that is wrong, if one is."""
         if (bad := np.flatnonzero(wrong)).size:
-            raise ValueError(f"Expected {what}. Received: {received(bad[0])} {self.where(bad[0])}")
+            raise ValueError(f"Expected {expected}. Received: {received(bad[0])} {self.where(bad[0])}")
 
 
 def read_table(path: Path) -> Table:
@@ -106,8 +106,8 @@ def read_table(path: Path) -> Table:
         raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
     read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
     if set(read.columns) - {MODULUS_RATIO} != {*QUANTITIES}:
-        found = shortened(", ".join(sorted(read.columns)))
-        raise ValueError(f"Expected the columns {', '.join(QUANTITIES)}. Received: {found} in {path}")
+        names = shortened(", ".join(sorted(read.columns)))
+        raise ValueError(f"Expected the columns {', '.join(QUANTITIES)}. Received: {names} in {path}")
     if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
     columns = {}
@@ -123,14 +123,14 @@ def asked(source: Path | None, options: Sequence[float | None]) -> Table:
     Raises:
         ValueError: both or neither are given.
     """
-    given = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
+    specified = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
     flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
     if source is None:
-        if missing := [flags[name] for name in QUANTITIES if name not in given]:
+        if missing := [flags[name] for name in QUANTITIES if name not in specified]:
             raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
-        return Table(Path(), {name: np.array([value]) for name, value in given.items()})
-    if given:
-        both = ", ".join([f"--in {source}", *(flags[name] for name in given)])
+        return Table(Path(), {name: np.array([value]) for name, value in specified.items()})
+    if specified:
+        both = ", ".join([f"--in {source}", *(flags[name] for name in specified)])
         raise ValueError(f"Expected protocols from --in FILE, or options, not both. Received: {both}")
     return read_table(source)
 
@@ -139,11 +139,11 @@ def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float |
     """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
     protocols, tabor = table.protocols(), table.columns["tabor"]
     scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [ratio] * len(tabor)), strict=True)]
-    known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
+    model_scenes = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
-        found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
-    return [Answer(*one) for one in zip(scenes, protocols, found, strict=True)]
+        trajectories = model.predict(model_scenes, protocols, coverage=0.9 if coverage is None else coverage)
+    return [Answer(*fields) for fields in zip(scenes, protocols, trajectories, strict=True)]
 
 
 def _scene(tabor: float, modulus_ratio: float) -> Scene:
@@ -171,10 +171,10 @@ def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequenc
     """
     rows = []
     for number, answer in enumerate(answers):
-        found = answer.found
-        row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **found.summary()}
-        row["extrapolated"] = "; ".join(found.extrapolated)
-        if found.pull_off_interval is not None:
+        predicted = answer.predicted
+        row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **predicted.summary()}
+        row["extrapolated"] = "; ".join(predicted.extrapolated)
+        if predicted.pull_off_interval is not None:
             for name in INTERVALS:  # empty outside the training
                 ends = (name.replace("interval", end) for end in ("lower", "upper"))
                 row |= zip(ends, row.pop(name, (None, None)), strict=True)
@@ -187,27 +187,27 @@ def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequenc
 
 def to_json(answers: Sequence[Answer]) -> str:
     """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null."""
-    content = [
-        answer.found.summary() | _arrays(answer) | ({"check": answer.check} if answer.check else {})
+    entries = [
+        answer.predicted.summary() | _arrays(answer) | ({"check": answer.check} if answer.check else {})
         for answer in answers
     ]
-    return json.dumps(plain(content))
+    return json.dumps(plain(entries))
 
 
 def _arrays(answer: Answer) -> dict[str, np.ndarray]:
     """Return the arrays of a trajectory by name: its steps, its band if it has one, and the solver's force if asked."""
-    band = BAND if getattr(answer.found, BAND[0], None) is not None else ()
-    found = {name: getattr(answer.found, name) for name in ("time", "indentation", "force", *band)}
-    return found if answer.solver_force is None else found | {"solver_force": answer.solver_force}
+    band = BAND if getattr(answer.predicted, BAND[0], None) is not None else ()
+    arrays = {name: getattr(answer.predicted, name) for name in ("time", "indentation", "force", *band)}
+    return arrays if answer.solver_force is None else arrays | {"solver_force": answer.solver_force}
 
 
 def _csv_table(text: str, path: Path) -> Table:
     expected = "Expected comma-separated numbers under a header"
     try:
-        found = csv_rows(io.StringIO(text, newline=""), strict=True)
+        parsed = csv_rows(io.StringIO(text, newline=""), strict=True)
     except ValueError as error:
         raise ValueError(f"{expected}. Received: {path} ({error})") from error
-    numbered = [(line, row) for line, row in found if any(cell.strip() for cell in row)]
+    numbered = [(line, row) for line, row in parsed if any(cell.strip() for cell in row)]
     if not numbered:
         raise ValueError(f"{expected}. Received: {path}, which is empty")
     lines, (first, *rows) = zip(*numbered, strict=True)
@@ -224,23 +224,23 @@ def _csv_table(text: str, path: Path) -> Table:
 
 def _json_table(text: str, path: Path) -> Table:
     try:
-        content = parse_json(text, object_pairs_hook=_distinct)
+        entries = parse_json(text, object_pairs_hook=_distinct)
     except ValueError as error:
         raise ValueError(f"Expected JSON. Received: {path} ({error})") from error
-    if isinstance(content, list) and content and all(isinstance(entry, dict) for entry in content):
-        others = np.array([set(entry) != set(content[0]) for entry in content])
-        Table(path, {}).require("the same names in every object of the list", others, lambda _: "others")
-        return Table(path, {name: [entry[name] for entry in content] for name in content[0]})
+    if isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries):
+        differing = np.array([set(entry) != set(entries[0]) for entry in entries])
+        Table(path, {}).require("the same names in every object of the list", differing, lambda _: "others")
+        return Table(path, {name: [entry[name] for entry in entries] for name in entries[0]})
     raise ValueError(f"Expected a JSON list of protocols. Received: {path}")
 
 
 def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    content: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     for name, value in pairs:
-        if name in content:
+        if name in members:
             raise ValueError(f"{shown(name)} twice in one object")
-        content[name] = value
-    return content
+        members[name] = value
+    return members
 
 
 def _number(cell: Any) -> float:

@@ -38,23 +38,23 @@ def model_table(roots: Sequence[Path]) -> str:
     Raises:
         ValueError: a model's `metrics.json` is damaged.
     """
-    found: dict[str, tuple[str, ...]] = {}
+    models: dict[str, tuple[str, ...]] = {}
     for root in roots:
         # Trained on other forces than those of the data set.
-        others = _read(root.parent / "model_forces.json", lambda content: list(content["others"]), [])
+        outdated = _read(root.parent / "model_forces.json", lambda recorded: list(recorded["others"]), [])
         for path in sorted(root.glob("[!.]*/metrics.json")):
             *row, training = _published(path)
-            words = [training] if training else []
-            words += ["an earlier data set's forces"] if path.parent.name in others else []
+            notes = [training] if training else []
+            notes += ["an earlier data set's forces"] if path.parent.name in outdated else []
             usable = any((path.parent / name).is_file() for name in ("model.onnx", "model.weights.h5"))
-            words += [] if usable else ["errors only, no weights"]
-            found.setdefault(path.parent.name, (*row, ", ".join(words)))
-    rows = sorted(found.values(), key=lambda row: float(row[2]))
+            notes += [] if usable else ["errors only, no weights"]
+            models.setdefault(path.parent.name, (*row, ", ".join(notes)))
+    rows = sorted(models.values(), key=lambda row: float(row[2]))
     absent = "not trained" if files.PUBLISHED.is_dir() else NOT_INSTALLED
-    rows += [(name, _size(name), "", "", "", absent) for name in names() if name not in found]
+    rows += [(name, _size(name), "", "", "", absent) for name in names() if name not in models]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
     title = "Errors over each model's own held-out trajectories, without `fast` and `accurate`, which know any solid:"
-    lines = [title if found else "No model is published here."]
+    lines = [title if models else "No model is published here."]
     for row in (COLUMNS, *rows):
         numbers = zip(row[1:-1], widths[1:-1], strict=True)
         cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in numbers), row[-1]]
@@ -104,9 +104,9 @@ def _training(folder: Path) -> str:
     """Return how a model was trained, as text; `""` if its `run.json` does not say."""
 
     def words(run: dict[str, Any]) -> str:
-        found = [] if run["architecture"] == folder.name else [str(run["architecture"])]
-        found += [f"inputs {run['features']}"] if run["features"] != "D" else []
-        return ", ".join([*found, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
+        settings = [] if run["architecture"] == folder.name else [str(run["architecture"])]
+        settings += [f"inputs {run['features']}"] if run["features"] != "D" else []
+        return ", ".join([*settings, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
 
     return _read(folder / "run.json", words, "")
 
@@ -134,7 +134,7 @@ def _keras_backend() -> str:
     if chosen := os.environ.get("KERAS_BACKEND"):
         return chosen
     home = Path(os.environ.get("KERAS_HOME") or "~/.keras")
-    return str(_read(home / "keras.json", lambda content: content["backend"], "tensorflow"))
+    return str(_read(home / "keras.json", lambda config: config["backend"], "tensorflow"))
 
 
 def _read(path: Path, take: Callable[[Any], Any], default: Any) -> Any:

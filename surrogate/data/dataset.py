@@ -67,7 +67,7 @@ class Split:
     @property
     def parts(self) -> dict[str, list[int]]:
         """The indices by the names in `PARTS`, ready for JSON."""
-        return {part: getattr(self, part).tolist() for part in PARTS}
+        return {name: getattr(self, name).tolist() for name in PARTS}
 
     @property
     def sha256(self) -> str:
@@ -99,9 +99,9 @@ class Split:
             ValueError: the file is not a split.
         """
         try:
-            content = read_json(path)
-            parts = {part: np.array(content[part], dtype=np.int64) for part in PARTS}
-            return cls(**parts, seed=int(content["seed"]))
+            stored = read_json(path)
+            parts = {name: np.array(stored[name], dtype=np.int64) for name in PARTS}
+            return cls(**parts, seed=int(stored["seed"]))
         except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ValueError(
                 f"Expected a split with seed, train, validation and test. Received: path={path}"
@@ -147,20 +147,20 @@ class TrajectoryDataset:
             FileNotFoundError: the file does not exist.
             ValueError: the file is not a data set, is damaged, or is inconsistent.
         """
-        content = load_dataset(path)
-        request, results = _digests(content)
-        ratio = content.attributes.get("modulus_ratio")
-        several = {"modulus_ratio": content.modulus_ratios} if isinstance(ratio, list) else {}
+        dataset = load_dataset(path)
+        request, results = _digests(dataset)
+        ratio = dataset.attributes.get("modulus_ratio")
+        several = {"modulus_ratio": dataset.modulus_ratios} if isinstance(ratio, list) else {}
         return cls(
-            protocols=content.protocols | several,
-            force=content.force.astype(np.float64),
-            points_per_phase=content.counts,
-            scalars={name: content.scalars[name] for name in RESULTS},
-            status=content.columns["status"],
+            protocols=dataset.protocols | several,
+            force=dataset.force.astype(np.float64),
+            points_per_phase=dataset.counts,
+            scalars={name: dataset.scalars[name] for name in RESULTS},
+            status=dataset.columns["status"],
             sha256=request,
             forces_sha256=results,
             modulus_ratio=None if several else ratio,
-            steps=content.steps,
+            steps=dataset.steps,
         )
 
     def __len__(self) -> int:
@@ -217,29 +217,29 @@ class TrajectoryDataset:
         protocols = np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1)
         _, group = np.unique(protocols, axis=0, return_inverse=True)
         group = group.reshape(-1)
-        place = np.random.default_rng(seed).permutation(group.max() + 1)[group]
-        order = np.argsort(place, kind="stable")
-        place = place[order]
+        rank = np.random.default_rng(seed).permutation(group.max() + 1)[group]
+        order = np.argsort(rank, kind="stable")
+        rank = rank[order]
         # A cut inside a group of equal protocols moves to the start of the group.
-        cuts = np.searchsorted(place, place[[indices.size - validation_count - test_count, indices.size - test_count]])
-        train, validation, test = (np.sort(indices[part]) for part in np.split(order, cuts))
+        cuts = np.searchsorted(rank, rank[[indices.size - validation_count - test_count, indices.size - test_count]])
+        train, validation, test = (np.sort(indices[rows]) for rows in np.split(order, cuts))
         return Split(train=train, validation=validation, test=test, seed=seed)
 
 
-def _digests(content: Dataset) -> tuple[str, str]:
+def _digests(dataset: Dataset) -> tuple[str, str]:
     """Return the digests of the request, and of request and results; see `TrajectoryDataset`."""
-    asked: dict[str, object] = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
-    asked["counts"] = list(content.counts)
-    digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
-    columns = list(content.protocols.values())
-    if content.steps != "uniform":
-        digest.update(f"{content.steps} {STEPS_VERSION}".encode())
-    if isinstance(content.attributes.get("modulus_ratio"), list):
-        columns.append(content.modulus_ratios)
+    requested: dict[str, object] = {name: str(dataset.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
+    requested["counts"] = list(dataset.counts)
+    digest = hashlib.sha256(json.dumps(requested, sort_keys=True).encode())
+    columns = list(dataset.protocols.values())
+    if dataset.steps != "uniform":
+        digest.update(f"{dataset.steps} {STEPS_VERSION}".encode())
+    if isinstance(dataset.attributes.get("modulus_ratio"), list):
+        columns.append(dataset.modulus_ratios)
     for values in columns:
         # Single precision, because the last digit of a power differs between processors.
         digest.update(values.astype("<f4").tobytes())
-    digest.update((content.columns["status"] == COMPLETED).tobytes())
+    digest.update((dataset.columns["status"] == COMPLETED).tobytes())
     request = digest.hexdigest()
-    results = [content.force.astype("<f4"), *(content.scalars[name].astype("<f8") for name in RESULTS)]
-    return request, hashlib.sha256(request.encode() + b"".join(one.tobytes() for one in results)).hexdigest()
+    results = [dataset.force.astype("<f4"), *(dataset.scalars[name].astype("<f8") for name in RESULTS)]
+    return request, hashlib.sha256(request.encode() + b"".join(array.tobytes() for array in results)).hexdigest()

@@ -69,5 +69,5 @@ def pieces(parts: Sequence[Part]) -> Iterator[Part]:
 
 def joined_examples(parts: Sequence[Part], scaling: Scaling) -> Examples:
     """Return the scaled trajectories of several parts, one after the other."""
-    found = [vars(scaled_examples(*piece, scaling)).values() for piece in pieces(parts)]
-    return Examples(*map(np.concatenate, zip(*found, strict=True)))
+    scaled = [vars(scaled_examples(*piece, scaling)).values() for piece in pieces(parts)]
+    return Examples(*map(np.concatenate, zip(*scaled, strict=True)))

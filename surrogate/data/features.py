@@ -100,9 +100,9 @@ def edge_from_indentations(indentations: np.ndarray) -> np.ndarray:
     """
     edge = np.zeros_like(indentations, dtype=np.float64)
     for row, indentation in zip(edge, indentations, strict=True):
-        found = plateau(indentation)
-        if found is not None:
-            row[list(found)] = 1.0
+        ends = plateau(indentation)
+        if ends is not None:
+            row[list(ends)] = 1.0
     return edge
 
 
@@ -155,8 +155,8 @@ def channels(
         raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
     from surrogate.data.physics import START, fields, of_histories
 
-    histories = [np.ascontiguousarray(one, dtype=np.float64) for one in (times, indentations, edge)]
+    histories = [np.ascontiguousarray(array, dtype=np.float64) for array in (times, indentations, edge)]
     solids = np.empty((2, len(times)))
     solids[0], solids[1] = tabor, modulus_ratio
-    found: np.ndarray = of_histories(START, *histories, *solids, fields(names))
-    return found
+    values: np.ndarray = of_histories(START, *histories, *solids, fields(names))
+    return values

@@ -142,14 +142,14 @@ def of_histories(
         Array of shape (batch, steps, len(chosen)).
     """
     batch, steps = times.shape
-    found = np.empty((batch, steps, len(chosen)))
+    channels = np.empty((batch, steps, len(chosen)))
     for row in range(batch):
         now = start
         for step in range(steps):
             now = advance(now, times[row, step], indentations[row, step], edge[row, step], tabor[row], ratio[row])
             for column in range(len(chosen)):
-                found[row, step, column] = now[chosen[column]]
-    return found
+                channels[row, step, column] = now[chosen[column]]
+    return channels
 
 
 @kernel
@@ -165,11 +165,11 @@ def standardised(channels: np.ndarray, passes: np.ndarray, mean: np.ndarray, sca
     Returns:
         Array of shape (n, channels), float32.
     """
-    found = np.empty(channels.shape, np.float32)
+    scaled = np.empty(channels.shape, np.float32)
     for row in range(len(channels)):
         for column in range(channels.shape[1]):
             value = channels[row, column]
             for _ in range(passes[column]):
                 value = math.copysign(math.log1p(abs(value)), value)
-            found[row, column] = (value - mean[column]) / scale[column]
-    return found
+            scaled[row, column] = (value - mean[column]) / scale[column]
+    return scaled

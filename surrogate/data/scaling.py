@@ -129,8 +129,8 @@ class Scaling:
         from surrogate.data.physics import standardised
 
         _require_channels(channels, self.features)
-        found: np.ndarray = standardised(channels.reshape(-1, channels.shape[-1]), *self._channel_moments)
-        return found.reshape(channels.shape)
+        scaled: np.ndarray = standardised(channels.reshape(-1, channels.shape[-1]), *self._channel_moments)
+        return scaled.reshape(channels.shape)
 
     def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
         """Return scaled Tabor parameters of shape `(batch, 1)`, float32, from physical ones of shape `(batch,)`."""
@@ -166,15 +166,15 @@ class Scaling:
             ValueError: the text is not a scaling, or its channels do not match its feature set.
         """
         try:
-            content = parse_json(text)
-            if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
+            stored = parse_json(text)
+            if (stored.pop("format"), stored.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
-            texts: dict[str, Any] = {name: content.pop(name) for name in ("features", "dataset_sha256")}
+            texts: dict[str, Any] = {name: stored.pop(name) for name in ("features", "dataset_sha256")}
             if not all(isinstance(text, str) for text in texts.values()):
                 raise TypeError("no text")
-            ranges = {name: _finite(bounds, 2) for name, bounds in content.pop("ranges").items()}
+            ranges = {name: _finite(bounds, 2) for name, bounds in stored.pop("ranges").items()}
             sizes = {"channel_mean": None, "channel_scale": None, "tabor": 2, "force": 2}
-            moments: dict[str, Any] = {name: _finite(content[name], size) for name, size in sizes.items()}
+            moments: dict[str, Any] = {name: _finite(stored[name], size) for name, size in sizes.items()}
             scaling = cls(**texts, **moments, ranges=ranges)
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")

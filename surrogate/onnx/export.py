@@ -115,9 +115,9 @@ def network_content(members: Sequence[keras.Model], features: str, name: str) ->
         The bytes, without a checksum of their own.
     """
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
-    given = graph.named("inputs").turned(1, 0, 2)
-    first, *others = (add_network(one, given) for one in members)
-    force = sum(others, first) / np.array(len(members), dtype=np.float32) if others else first
+    sequence = graph.named("inputs").turned(1, 0, 2)
+    first, *more_forces = (add_network(member, sequence) for member in members)
+    force = sum(more_forces, first) / np.array(len(members), dtype=np.float32) if more_forces else first
     force.turned(1, 0, 2).to("Squeeze", [2], output="force")
     inputs, outputs = {"inputs": ["steps", "batch", width]}, {"force": ["steps", "batch"]}
     return checked_content(graph.finish(name, inputs, outputs, TensorProto.FLOAT))
@@ -135,14 +135,14 @@ def complete(
     graph: OnnxGraph,
     inputs: Mapping[str, list[Any]],
     outputs: Mapping[str, list[Any]],
-    kind: str,
+    file_format: str,
     name: str,
     scaling: Scaling,
     more: dict[str, str],
 ) -> bytes:
     """Return the file of a complete graph, with the metadata that all files have and `more`."""
     metadata = {
-        "format": kind,
+        "format": file_format,
         "format_version": str(ONNX_FORMAT_VERSION),
         "name": name,
         "features": scaling.features,
@@ -183,7 +183,7 @@ def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = Fa
 
 def _channel(graph: OnnxGraph, name: str) -> Value:
     """Add a channel before any transformation, of shape `(batch, steps)`; what two channels share is added once."""
-    times, indentations, tabor, ratio = (graph.named(one) for one in ("times", "indentations", "tabor", RATIO))
+    times, indentations, tabor, ratio = (graph.named(key) for key in ("times", "indentations", "tabor", RATIO))
     if name in ("lee_radok", "memory_relaxation", "memory_retardation"):
         hertz = _hertz(indentations, tabor)
         force, relaxation, retardation = _memories(times, indentations, hertz, ratio)
@@ -238,8 +238,8 @@ def _memories(times: Value, indentations: Value, hertz: Value, ratio: Value) -> 
         # 1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits.
         half = (0.5 * steps).to("Tanh")
         lost = (half + half) / (1.0 + half)
-        for found, begin, later in ((decays, nothing, 1.0 - lost), (gains, start, lost / steps * rise)):
-            found.append(begin.to("Concat", later, axis=1).expand(0))
+        for series, begin, later in ((decays, nothing, 1.0 - lost), (gains, start, lost / steps * rise)):
+            series.append(begin.to("Concat", later, axis=1).expand(0))
     decay, gain = (graph.add("Concat", *rows, axis=0) for rows in (decays, gains))
     start = gain.to("Gather", 0, axis=2)
     memories = graph.scan(MEMORY, start - start, decay, gain, axis=2)

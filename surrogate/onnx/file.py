@@ -42,14 +42,14 @@ def checked_content(graph: onnx.GraphProto, metadata: dict[str, str] | None = No
     return bytes(model.SerializeToString(deterministic=True))
 
 
-def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession:
+def session_of(model_bytes: bytes, threads: int = 1) -> onnxruntime.InferenceSession:
     """Return a session of ONNX Runtime, on one thread unless more are asked for."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
     options.log_severity_level = 4
-    return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+    return onnxruntime.InferenceSession(model_bytes, options, providers=["CPUExecutionProvider"])
 
 
 def sha256(path: Path) -> str:
@@ -57,18 +57,18 @@ def sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def sealed(content: bytes) -> bytes:
+def sealed(model_bytes: bytes) -> bytes:
     """Return a serialised ONNX model with its checksum appended."""
-    return content + _entry(content)
+    return model_bytes + _entry(model_bytes)
 
 
-def is_intact(content: bytes) -> bool:
+def is_intact(file_bytes: bytes) -> bool:
     """Return whether the last bytes of a file are the checksum of all others."""
-    end = len(content) - len(_entry(b""))
-    return end > 0 and content[end:] == _entry(content[:end])
+    end = len(file_bytes) - len(_entry(b""))
+    return end > 0 and file_bytes[end:] == _entry(file_bytes[:end])
 
 
-def _entry(content: bytes) -> bytes:
-    value = hashlib.sha256(content).hexdigest().encode()
+def _entry(model_bytes: bytes) -> bytes:
+    value = hashlib.sha256(model_bytes).hexdigest().encode()
     pair = b"".join(tag + bytes([len(text)]) + text for tag, text in ((_KEY, KEY), (_VALUE, value)))
     return _METADATA_ENTRY + bytes([len(pair)]) + pair

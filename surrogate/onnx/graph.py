@@ -10,11 +10,11 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 
-def _sign(kind: str) -> tuple[Callable[..., Value], Callable[..., Value]]:
+def _sign(operator: str) -> tuple[Callable[..., Value], Callable[..., Value]]:
     """Return the method of an operator, and that for a value on its right."""
     return (
-        lambda one, other: one.graph.add(kind, one, other),
-        lambda one, other: one.graph.add(kind, other, one),
+        lambda left, right: left.graph.add(operator, left, right),
+        lambda right, left: right.graph.add(operator, left, right),
     )
 
 
@@ -34,9 +34,9 @@ class Value:
     def __init__(self, graph: OnnxGraph, name: str) -> None:
         self.graph, self.name = graph, name
 
-    def to(self, kind: str, *others: Operand, output: str = "", **attributes: Any) -> Value:
+    def to(self, operator: str, *operands: Operand, output: str = "", **attributes: Any) -> Value:
         """Append a node whose first input this is; see `OnnxGraph.add`."""
-        return self.graph.add(kind, self, *others, output=output, **attributes)
+        return self.graph.add(operator, self, *operands, output=output, **attributes)
 
     def __neg__(self) -> Value:
         return self.to("Neg")
@@ -100,13 +100,13 @@ class OnnxGraph:
         """Return an input, or what has got this name otherwise."""
         return Value(self, name)
 
-    def add(self, kind: str, *inputs: Operand, output: str = "", **attributes: Any) -> Value:
+    def add(self, operator: str, *inputs: Operand, output: str = "", **attributes: Any) -> Value:
         """Append a node, or return the result of an equal one."""
-        names = [self._constant(one) if not isinstance(one, Value) else one.name for one in inputs]
-        key = (kind, *names, output, repr(attributes))
+        names = [self._constant(operand) if not isinstance(operand, Value) else operand.name for operand in inputs]
+        key = (operator, *names, output, repr(attributes))
         if key not in self._results:
-            output = output or f"{kind}_{len(self.nodes)}"
-            self.nodes.append(helper.make_node(kind, names, [output], name=output, **attributes))
+            output = output or f"{operator}_{len(self.nodes)}"
+            self.nodes.append(helper.make_node(operator, names, [output], name=output, **attributes))
             self._results[key] = Value(self, output)
         return self._results[key]
 
@@ -118,7 +118,7 @@ class OnnxGraph:
 
     def scan(self, body: str, start: Value, *sources: Value, axis: int) -> Value:
         """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""
-        names, count = [one.name for one in (start, *sources)], len(sources)
+        names, count = [value.name for value in (start, *sources)], len(sources)
         key = ("Scan", body, *names, axis)
         if key not in self._results:
             name = f"Scan_{len(self.nodes)}"
@@ -133,22 +133,22 @@ class OnnxGraph:
         name: str,
         inputs: Mapping[str, list[Any]],
         outputs: Mapping[str, list[Any]],
-        kind: int = TensorProto.DOUBLE,
+        element_type: int = TensorProto.DOUBLE,
     ) -> onnx.GraphProto:
         """Return the ONNX graph with inputs and outputs of one type, by name with their shapes."""
-        given, found = (
-            [helper.make_tensor_value_info(key, kind, shape) for key, shape in ends.items()]
+        input_infos, output_infos = (
+            [helper.make_tensor_value_info(key, element_type, shape) for key, shape in ends.items()]
             for ends in (inputs, outputs)
         )
         constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]
-        return helper.make_graph(self.nodes, name, given, found, initializer=constants)
+        return helper.make_graph(self.nodes, name, input_infos, output_infos, initializer=constants)
 
     def _constant(self, operand: float | list[int] | np.ndarray) -> str:
         """Add a constant; equal ones share one name."""
-        whole = isinstance(operand, int | list)
-        values = np.array(operand, dtype=np.int64) if whole else np.asarray(operand)
-        for name, known in self.initializers.items():
-            if known.dtype == values.dtype and known.shape == values.shape and np.array_equal(known, values):
+        integer = isinstance(operand, int | list)
+        values = np.array(operand, dtype=np.int64) if integer else np.asarray(operand)
+        for name, constant in self.initializers.items():
+            if constant.dtype == values.dtype and constant.shape == values.shape and np.array_equal(constant, values):
                 return name
         name = f"constant_{len(self.initializers)}"
         self.initializers[name] = values

@@ -70,28 +70,28 @@ def add_bands(
     begin = times.pick(turn)
     pull_off, instant, sharpness = _pull_off(times.columns(turn), force.columns(turn), steps - turn)
     works = [
-        _work(*(one.columns(first, stop) for one in (times, indentations, force)))
+        _work(*(history.columns(first, stop) for history in (times, indentations, force)))
         for first, stop in ((0, loading), (turn, steps))
     ]
     hysteresis = (works[0] + works[1]).to("Abs")
-    instants, levels = (one.pick(0, loading - 1, turn, steps - 1) for one in (times, indentations))
+    instants, levels = (history.pick(0, loading - 1, turn, steps - 1) for history in (times, indentations))
     durations = instants.rise()
     rates = levels.rise() / durations
     tabor, ratio = (graph.named(name).expand(1) for name in ("tabor", RATIO))
     # In the order of `KNOWN`.
     protocol = (tabor, levels.pick(1), rates.pick(0), durations.pick(1), -rates.pick(2), ratio)
-    known = graph.add("Concat", *protocol, axis=1)
-    half, group = _half_widths(known.to("Concat", sharpness, axis=1), bands)
-    outside = _outside(known, levels.pick(0), scaling)
+    quantities = graph.add("Concat", *protocol, axis=1)
+    half, group = _half_widths(quantities.to("Concat", sharpness, axis=1), bands)
+    outside = _outside(quantities, levels.pick(0), scaling)
     pull_off_width, time_width, hysteresis_width, *widths = (half.pick(row) for row in range(len(RESULTS + BANDS)))
     unit = hysteresis.to("Max", 0.01 * works[0].to("Abs"), 1e-300)
-    found = {
+    estimates = {
         "pull_off_force": (pull_off, pull_off * (_BOTH * pull_off_width).to("Exp")),
         "pull_off_time": (instant, begin + (instant - begin) * (_BOTH * time_width).to("Exp")),
         "hysteresis": (hysteresis, (hysteresis + _BOTH * (hysteresis_width * unit)).to("Max", 0.0)),
     }
     shapes: dict[str, list[str | int]] = {}
-    for result, (name, (value, interval)) in zip(RESULTS, found.items(), strict=True):
+    for result, (name, (value, interval)) in zip(RESULTS, estimates.items(), strict=True):
         outside.to("Where", _BOTH * np.inf, interval, output=f"{result}_interval")
         value.to("Squeeze", [1], output=name)
         shapes |= {name: ["batch"], f"{result}_interval": ["batch", 2]}
@@ -110,14 +110,14 @@ def _pull_off(times: Value, force: Value, count: int) -> tuple[Value, Value, Val
     top = force.to("ArgMax", axis=1)
     middle = top.to("Max", [1]).to("Min", [count - 2])
     places = (middle - 1).to("Concat", middle, middle + 1, axis=1)
-    values, moments = (one.to("GatherElements", places, axis=1) for one in (force, times))
+    values, moments = (history.to("GatherElements", places, axis=1) for history in (force, times))
     durations = moments.rise()
     slopes = values.rise() / durations
     bend = slopes.rise() / durations.to("ReduceSum", [1])
     slope = slopes.pick(0) + bend * durations.pick(0)
     inside = middle.to("Equal", top)
     shift = (inside & (bend < 0.0)).to("Where", slope / bend, 0.0)
-    highest, instant = (one.to("GatherElements", top, axis=1) for one in (force, times))
+    highest, instant = (history.to("GatherElements", top, axis=1) for history in (force, times))
     lower = values.pick(0).to("Max", values.pick(2)) / highest.to("Max", 1e-300)
     return highest - 0.25 * slope * shift, instant - 0.5 * shift, inside.to("Where", 1.0 - lower, 0.0)
 
@@ -132,7 +132,7 @@ def _work(times: Value, indentations: Value, force: Value) -> Value:
     mean = (weight + next_weight) / (weight / left + next_weight / right)
     inner = (left * right > 0.0).to("Where", mean, 0.0)
     near, far, chord_end, chord_next = (
-        one.pick(*ends) for one in (width, width.columns(1, -1), chord, chord.columns(1, -1))
+        value.pick(*ends) for value in (width, width.columns(1, -1), chord, chord.columns(1, -1))
     )
     slope = ((2.0 * near + far) * chord_end - near * chord_next) / (near + far)
     steep = slope.to("Abs") > 3.0 * chord_end.to("Abs")
@@ -141,20 +141,20 @@ def _work(times: Value, indentations: Value, force: Value) -> Value:
     slopes = outer.pick(0).to("Concat", inner, outer.pick(1), axis=1)
     halves = force.columns(0, -1) + 0.5 * force.rise()
     area = (width * (halves - width * slopes.rise() / 12.0)).to("ReduceSum", [1])
-    travel, duration = (one.pick(*ends).rise() for one in (indentations, times))
+    travel, duration = (history.pick(*ends).rise() for history in (indentations, times))
     return -(area * travel / duration)
 
 
-def _half_widths(known: Value, bands: Bands) -> tuple[Value, Value]:
+def _half_widths(predictors: Value, bands: Bands) -> tuple[Value, Value]:
     """Half-widths of `RESULTS` and `BANDS`, and their groups, each (batch, 5), as of `Bands.half_widths`."""
     low, high = np.log(bands.ranges).T
-    logarithms = known.to("Max", LEAST).to("Log")
+    logarithms = predictors.to("Max", LEAST).to("Log")
     quantities = logarithms.columns(0, len(KNOWN))
     places = (2.0 * quantities - (low + high)) / (high - low)
     places = places.to("Min", 1.0).to("Max", -1.0)
     sharp = 1.0 + logarithms.pick(len(KNOWN)) / 4.0
-    one = sharp.pick(0) * 0.0 + 1.0
-    factors = one.to("Concat", places, sharp, axis=1)
+    ones = sharp.pick(0) * 0.0 + 1.0
+    factors = ones.to("Concat", places, sharp, axis=1)
     first, second, third = (factors.pick(*row) for row in FACTORS.tolist())
     size = first * second * third @ bands.coefficients.T
     below = (size.expand(2) > bands.edges).cast(TensorProto.INT64)
@@ -164,18 +164,18 @@ def _half_widths(known: Value, bands: Bands) -> tuple[Value, Value]:
     corner = bits.to("ReduceSum", [1])
     cell = (least > 1.0 - 2.0 * OUTERMOST - 1e-9).to("Where", corner, group + CORNERS)
     for number, ratio in enumerate(NEARLY_ELASTIC):
-        cell = (known.pick(KNOWN.index("modulus_ratio")) < ratio).to("Where", cell, CORNERS + GROUPS + number)
+        cell = (predictors.pick(KNOWN.index("modulus_ratio")) < ratio).to("Where", cell, CORNERS + GROUPS + number)
     table = bands.quantiles_at(COVERAGE)
     kinds, cells = table.shape
-    rows = cell + [cells * kind for kind in range(kinds)]
-    return size.to("Exp") * known.graph.add("Gather", table.ravel(), rows), group
+    rows = cell + [cells * index for index in range(kinds)]
+    return size.to("Exp") * predictors.graph.add("Gather", table.ravel(), rows), group
 
 
-def _outside(known: Value, start: Value, scaling: Scaling) -> Value:
+def _outside(quantities: Value, start: Value, scaling: Scaling) -> Value:
     """Whether a quantity or the start lies outside the ranges, as of `surrogate.validity`, (batch, 1)."""
     low, high = np.array([scaling.ranges[name] for name in KNOWN]).T
-    share = start / (default_start_indentation(1.0) * known.graph.named("tabor").expand(1))
-    values = known.to("Concat", share, axis=1)
+    share = start / (default_start_indentation(1.0) * quantities.graph.named("tabor").expand(1))
+    values = quantities.to("Concat", share, axis=1)
     low, high = np.append(low, 1.0 - START_TOLERANCE), np.append(high, 1.0 + START_TOLERANCE)
     beyond = (values < low * (1.0 - RANGE_TOLERANCE)) | (values > high * (1.0 + RANGE_TOLERANCE))
     return beyond.cast(TensorProto.FLOAT).to("ReduceMax", axes=[1]).cast(TensorProto.BOOL)

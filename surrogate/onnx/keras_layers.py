@@ -42,30 +42,34 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
     results = {"sequence": sequence, "tabor": tabor}
     layers = {layer.name: layer for layer in model.layers}
     for entry in model.get_config()["layers"]:
-        name, kind, nodes = entry["name"], entry["class_name"], entry["inbound_nodes"]
-        if kind == "InputLayer":
+        name, layer_class, nodes = entry["name"], entry["class_name"], entry["inbound_nodes"]
+        if layer_class == "InputLayer":
             continue
         # Operations outside layers, such as those of `keras.ops`, and layers of users may have the same class names.
         package = type(layers.get(name)).__module__.partition(".")[0]
-        if kind not in _LAYERS or package not in ("keras", "surrogate"):
-            raise NotExportableError(f"Expected layers of the kinds {', '.join(_LAYERS)}. Received: {kind} {name!r}")
+        if layer_class not in _LAYERS or package not in ("keras", "surrogate"):
+            raise NotExportableError(
+                f"Expected layers of the kinds {', '.join(_LAYERS)}. Received: {layer_class} {name!r}"
+            )
         arguments, options = nodes[0]["args"], nodes[0]["kwargs"].values()
         if len(nodes) != 1 or any(options) or any(value and not _sources([value]) for value in arguments):
             raise NotExportableError(
-                f"Expected every layer called once, on its inputs in their order. Received: {kind} {name!r}, called "
-                f"{f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs or options'}"
+                f"Expected every layer called once, on its inputs in their order. Received: {layer_class} {name!r}, "
+                f"called {f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs or options'}"
             )
-        given = layers[name].input
+        layer_input = layers[name].input
         if (
-            kind not in ("Dense", "Dropout", "Reshape")
-            and len((given[0] if isinstance(given, list | tuple) else given).shape) != 3
+            layer_class not in ("Dense", "Dropout", "Reshape")
+            and len((layer_input[0] if isinstance(layer_input, list | tuple) else layer_input).shape) != 3
         ):
-            raise NotExportableError(f"Expected {kind} on a sequence. Received: layer {name!r} on the Tabor parameter")
+            raise NotExportableError(
+                f"Expected {layer_class} on a sequence. Received: layer {name!r} on the Tabor parameter"
+            )
         if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {bad[0]} of {model.name}")
         inputs = [results[source] for source in _sources(arguments)]
-        told = tabor is None and kind == "AppendTabor" and inputs[0] == sequence
-        results[name] = sequence if told else _LAYERS[kind](layers[name], *inputs)
+        appended = tabor is None and layer_class == "AppendTabor" and inputs[0] == sequence
+        results[name] = sequence if appended else _LAYERS[layer_class](layers[name], *inputs)
     return results[name]
 
 
@@ -108,8 +112,8 @@ def _dense(layer: Any, source: Value) -> Value:
     if activation == "relu":
         return result.to("Relu")
     if activation == "gelu":
-        half, one, root = (np.array(value, dtype=np.float32) for value in (0.5, 1.0, math.sqrt(0.5)))
-        return result * half * ((result * root).to("Erf") + one)
+        half, unit, root = (np.array(value, dtype=np.float32) for value in (0.5, 1.0, math.sqrt(0.5)))
+        return result * half * ((result * root).to("Erf") + unit)
     return result.to("Softmax", axis=-1) if activation == "softmax" else result
 
 
@@ -121,7 +125,7 @@ def _lstm(layer: Any, source: Value) -> Value:
     units, cell = layer.units, layer.cell
     # Keras has the order i, f, c, o.
     order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
-    kernel, recurrent, bias = (_array(one)[..., order] for one in (cell.kernel, cell.recurrent_kernel, cell.bias))
+    kernel, recurrent, bias = (_array(weight)[..., order] for weight in (cell.kernel, cell.recurrent_kernel, cell.bias))
     weights = {"W": kernel.T[None], "R": recurrent.T[None], "B": np.concatenate([bias, np.zeros_like(bias)])[None]}
     names = [source.graph.weight(f"{layer.path}/{key}", values) for key, values in weights.items()]
     return source.turned(1, 0, 2).to("LSTM", *names, hidden_size=units).squeeze(1).turned(1, 0, 2)
@@ -154,7 +158,7 @@ def _append(_: Any, sequence: Value, tabor: Value) -> Value:
 
 
 def _add(layer: Any, *inputs: Value) -> Value:
-    shapes = [tuple(one.shape) for one in layer.input]
+    shapes = [tuple(tensor.shape) for tensor in layer.input]
     if len(shapes) != 2 or shapes[0] != shapes[1]:
         raise _unsupported("a sum of two of one shape", layer, f"{shapes} in ")
     return inputs[0] + inputs[1]
@@ -162,7 +166,7 @@ def _add(layer: Any, *inputs: Value) -> Value:
 
 def _film(layer: Any, sequence: Value, tabor: Value) -> Value:
     context = _dense(layer.context, tabor)
-    scale, shift = (_dense(part, context).expand(1) for part in (layer.scale, layer.shift))
+    scale, shift = (_dense(dense, context).expand(1) for dense in (layer.scale, layer.shift))
     return sequence * scale + shift
 
 
@@ -184,8 +188,8 @@ def _attention(layer: Any, *inputs: Value) -> Value:
     if [value.name for value in inputs] != [inputs[0].name] * 2 or not config["use_bias"] or config["output_shape"]:
         raise _unsupported("the attention of one sequence to itself, with bias, to the width of its input", layer)
 
-    def split(key: str, part: Any, *axes: int) -> Value:
-        kernel, bias = _array(part.kernel), _array(part.bias)
+    def split(key: str, projection: Any, *axes: int) -> Value:
+        kernel, bias = _array(projection.kernel), _array(projection.bias)
         affine = _affine(inputs[0], name, kernel.reshape(len(kernel), -1), bias.reshape(-1), key)
         return affine.to("Reshape", [0, 0, *bias.shape]).turned(*axes)
 

@@ -248,7 +248,9 @@ def _set_dropout(model: keras.Model, recipe: Recipe, epoch: int) -> None:
 
     Under PyTorch the process has one random state; under other backends each dropout layer has its own.
     """
-    layers = [one for one in model._flatten_layers() if isinstance(one, keras.layers.Dropout) and one.rate > 0.0]
+    layers = [
+        layer for layer in model._flatten_layers() if isinstance(layer, keras.layers.Dropout) and layer.rate > 0.0
+    ]
     if layers and recipe.dropout_until is not None and epoch + 1 > recipe.dropout_until * recipe.epochs:
         while layers:
             layers.pop().rate = 0.0

@@ -99,11 +99,11 @@ class TrainingIdentity:
     @property
     def digest(self) -> str:
         """SHA-256 digest of the identity without the backend, because backends differ by rounding only."""
-        content = vars(self) | {"backend": "", "parts": self.split.parts}
-        del content["split"]
+        facts = vars(self) | {"backend": "", "parts": self.split.parts}
+        del facts["split"]
         if self.architecture_sha256 is None:
-            del content["architecture_sha256"]
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+            del facts["architecture_sha256"]
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -138,10 +138,10 @@ class Run:
         model_name(self.name)
         if self.extra is None:
             return
-        for name, words in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
-            wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
-            if found != wanted:
-                raise ValueError(f"Expected an extra data set with the {words} {wanted}. Received: {found}")
+        for name, label in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
+            expected, received = getattr(self.dataset, name), getattr(self.extra, name)
+            if received != expected:
+                raise ValueError(f"Expected an extra data set with the {label} {expected}. Received: {received}")
 
     @property
     def name(self) -> str:
@@ -215,29 +215,29 @@ def read_identity(folder: Path) -> TrainingIdentity:
 
 
 def differences(
-    found: TrainingIdentity, wanted: TrainingIdentity, of: Iterable[str] = EVERYTHING, but: Iterable[str] = ()
+    stored: TrainingIdentity, expected: TrainingIdentity, of: Iterable[str] = EVERYTHING, but: Iterable[str] = ()
 ) -> list[str]:
     """Return in which quantities `of` two trainings differ, `but` some, by the words of `WORDS`."""
-    facts = wanted.facts()
-    return facts_that_differ(found.facts(), {name: facts[name] for name in of}, but)
+    facts = expected.facts()
+    return facts_that_differ(stored.facts(), {name: facts[name] for name in of}, but)
 
 
-def facts_that_differ(found: Mapping[str, Any], wanted: Mapping[str, Any], but: Iterable[str] = ()) -> list[str]:
+def facts_that_differ(stored: Mapping[str, Any], expected: Mapping[str, Any], but: Iterable[str] = ()) -> list[str]:
     """Return the words of `WORDS` for the wanted facts, `but` some, that other facts, such as stored ones, lack."""
-    return [WORDS.get(name, name) for name, value in wanted.items() if name not in but and found.get(name) != value]
+    return [WORDS.get(name, name) for name, value in expected.items() if name not in but and stored.get(name) != value]
 
 
-def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
+def trained_otherwise(folder: Path, expected: TrainingIdentity) -> str:
     """Return why a model directory is not the result of a training, as words for a message; `""` if it is.
 
     The backend is not compared, because backends differ by rounding only. The seed is not compared if the model was
     chosen among models of several seeds.
     """
     try:
-        found = read_identity(folder)
+        stored = read_identity(folder)
         if PUBLISHED_SEED in read_json(folder / "run.json"):
-            found, wanted = found.of_any_seed(), wanted.of_any_seed()
-        other = differences(found, wanted, but=("backend",))
+            stored, expected = stored.of_any_seed(), expected.of_any_seed()
+        differing = differences(stored, expected, but=("backend",))
     except (FileNotFoundError, ValueError):
         return "which does not say how it was trained"
-    return f"of another {', '.join(other)}" if other else ""
+    return f"of another {', '.join(differing)}" if differing else ""

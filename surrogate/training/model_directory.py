@@ -29,14 +29,14 @@ MODEL_FILES = {
 """Files of a model directory, and what they hold."""
 
 
-def model_name(name: str, what: str = "a name to publish under") -> str:
-    """Return the name of a run and of its published model; `what` says in messages what the name is.
+def model_name(name: str, noun: str = "a name to publish under") -> str:
+    """Return the name of a run and of its published model; `noun` says in messages what the name is.
 
     Raises:
         ValueError: the name is not plain, is that of the file that stops trainings, or ends in `.onnx`.
     """
-    if plain_name(name, what).upper() == STOP_FILE or name.lower().endswith(".onnx"):
-        raise ValueError(f"Expected {what} other than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
+    if plain_name(name, noun).upper() == STOP_FILE or name.lower().endswith(".onnx"):
+        raise ValueError(f"Expected {noun} other than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
     return name
 
 
@@ -47,18 +47,18 @@ def require_place(destination: Path) -> None:
         ValueError: the path is a file, or a folder that is not a model directory or holds other files, or lies where
             nothing can be written.
     """
-    place = Path(os.path.realpath(destination)).parent
-    while not place.exists():
-        place = place.parent
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise ValueError(f"Expected a place for the model that can be written. Received: {destination}, in {place}")
+    parent = Path(os.path.realpath(destination)).parent
+    while not parent.exists():
+        parent = parent.parent
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise ValueError(f"Expected a place for the model that can be written. Received: {destination}, in {parent}")
     if not os.path.lexists(destination):
         return
     if not destination.is_dir():
         raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
-    others = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or not path.is_file())
-    if others or not (destination / "run.json").is_file():
-        holds = f"which holds {reprlib.repr(others[0])}" if others else "which has no run.json"
+    foreign = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or not path.is_file())
+    if foreign or not (destination / "run.json").is_file():
+        holds = f"which holds {reprlib.repr(foreign[0])}" if foreign else "which has no run.json"
         raise ValueError(
             f"Expected a new path for the model, or a model directory; move the folder away, or choose another name "
             f"with --label. Received: {destination}, {holds}"

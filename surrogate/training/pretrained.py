@@ -97,8 +97,8 @@ class Data:
     elastic: TrajectoryDataset
 
     def __post_init__(self) -> None:
-        for one in vars(self).values():
-            if one.steps != "physical" or "modulus_ratio" not in one.protocols:
+        for dataset in vars(self).values():
+            if dataset.steps != "physical" or "modulus_ratio" not in dataset.protocols:
                 raise ValueError(
                     "Expected data sets of physical steps and a range of modulus ratios. Received: another one"
                 )
@@ -106,7 +106,7 @@ class Data:
     @property
     def sha256(self) -> str:
         """Digest of what all of them are of."""
-        return hashlib.sha256("".join(one.sha256 for one in vars(self).values()).encode()).hexdigest()
+        return hashlib.sha256("".join(dataset.sha256 for dataset in vars(self).values()).encode()).hexdigest()
 
     def divided(self, held_out: tuple[int, int]) -> tuple[list[Part], list[Part], list[Part]]:
         """Return the parts for training, to choose the epoch and, by and by, to fit and to calibrate the bands.
@@ -120,25 +120,25 @@ class Data:
         train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
         edges = self.edges.completed
         return (
-            [(self.box, train), (self.edges, edges)] + [(one, one.completed) for one in (self.deep, self.faint)],
+            [(self.box, train), (self.edges, edges)] + [(data, data.completed) for data in (self.deep, self.faint)],
             [(self.box, choose)],
             [(self.edges, edges[:FITTED]), (self.box, calibrate)]
-            + [(one, one.completed) for one in (self.corners, self.elastic)],
+            + [(data, data.completed) for data in (self.corners, self.elastic)],
         )
 
 
-def network(kind: str, units: Sequence[int], counts: tuple[int, int, int]) -> keras.Model:
+def network(layer: str, units: Sequence[int], counts: tuple[int, int, int]) -> keras.Model:
     """Build an untrained network.
 
     Args:
-        kind: `"dense"` for dense layers on the steps that tell a history of its protocol, `"LSTM"` for LSTMs and the
+        layer: `"dense"` for dense layers on the steps that tell a history of its protocol, `"LSTM"` for LSTMs and the
             readout that all models share.
         units: Of each layer.
         counts: Points of loading, dwell and unloading.
     """
     sequence, tabor = inputs(FEATURES)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor)
-    if kind == "LSTM":
+    if layer == "LSTM":
         for number, size in enumerate(units, 1):
             hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
         return keras.Model([sequence, tabor], readout(hidden))
@@ -208,26 +208,29 @@ def train_model(
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
     begin = [] if start is None else members_of(start)
     members: list[Member] = []
-    theirs = [(one["layers"], tuple(one["units"])) for _, one in begin[: len(networks)]]
-    if theirs != list(networks) and (start or any(kind not in recipes for kind, _ in networks)):
+    theirs = [(record["layers"], tuple(record["units"])) for _, record in begin[: len(networks)]]
+    if theirs != list(networks) and (start or any(layer not in recipes for layer, _ in networks)):
         raise ValueError(f"Expected a start of the networks {list(networks)}. Received: {theirs or 'none'}")
-    place = start or folder
+    path = start or folder
     with locked(folder):
         choose = joined_examples(choosing, scaling)
         examples = joined_examples(training, scaling) if recipes else choose
-        for number, (kind, units) in enumerate(networks):
-            if kind not in recipes:
+        for number, (layer, units) in enumerate(networks):
+            if layer not in recipes:
                 members.append(begin[number])
                 continue
-            recipe = replace(recipes[kind], seed=recipes[kind].seed + number)
-            facts = {"units": list(units), "dataset": data.sha256, "recipe": recipes[kind].as_dict()}
+            recipe = replace(recipes[layer], seed=recipes[layer].seed + number)
+            facts = {"units": list(units), "dataset": data.sha256, "recipe": recipes[layer].as_dict()}
             facts |= {"published": sha256(start / ONNX_NAME)} if start else {}
-            model, place = started(lambda one=(kind, units): network(*one, counts), recipe.seed), folder / f"{number}"
+            model, path = (
+                started(lambda layout=(layer, units): network(*layout, counts), recipe.seed),
+                folder / f"{number}",
+            )
             if start:
                 model.set_weights(begin[number][0].get_weights())
-            progress = fit(model, examples, choose, recipe, place, facts=facts, report=report)
+            progress = fit(model, examples, choose, recipe, path, facts=facts, report=report)
             record = {
-                "layers": kind,
+                "layers": layer,
                 "units": list(units),
                 "recipe": recipe.as_dict(),
                 "best_epoch": progress.best_epoch,
@@ -237,36 +240,36 @@ def train_model(
                 "start_sha256": sha256(start / ONNX_NAME) if start else None,
                 "dataset_sha256": data.sha256,
             }
-            bare = network(kind, units, counts)
+            bare = network(layer, units, counts)
             bare.set_weights(model.get_weights())
             members.append((bare, record))
         target = folder / name
         target.mkdir(exist_ok=True)
-        content = network_content([one for one, _ in members], FEATURES, name)
-        (target / ONNX_NAME).write_bytes(content)
+        model_bytes = network_content([member for member, _ in members], FEATURES, name)
+        (target / ONNX_NAME).write_bytes(model_bytes)
         scaling.save(target / "scaling.json")
-        shutil.copyfile(place / "history.csv", target / "history.csv")
-        mean = OnnxNetwork(content, scaling, name)
-        rest = mean.scaled(choose.sequence, choose.tabor) - choose.force[..., 0]
+        shutil.copyfile(path / "history.csv", target / "history.csv")
+        mean = OnnxNetwork(model_bytes, scaling, name)
+        residual = mean.scaled(choose.sequence, choose.tabor) - choose.force[..., 0]
         run = {
             "format": RUN_FORMAT,
             "format_version": 1,
             "name": name,
             "features": FEATURES,
             "members": [record for _, record in members],
-            "parameters": sum(one.count_params() for one, _ in members),
+            "parameters": sum(member.count_params() for member, _ in members),
             "counts": list(counts),
             "training_trajectories": sum(len(rows) for _, rows in training),
             "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
-            "validation_mse": float(np.mean(rest**2)),
+            "validation_mse": float(np.mean(residual**2)),
             "backend": keras.backend.backend(),
             "versions": versions(),
             "command": command,
         }
-        if all(kind == "dense" for kind, _ in networks):
+        if all(layer == "dense" for layer, _ in networks):
             run["steps"] = telling_steps(counts)
-        found = judged(mean, calibrating)
-        _write_bands(target, Bands.calibrate(scaling.ranges, *found, len(calibrating[0][1])))
+        calibration = judged(mean, calibrating)
+        _write_bands(target, Bands.calibrate(scaling.ranges, *calibration, len(calibrating[0][1])))
         write_run(target, run)
     return target
 
@@ -280,23 +283,23 @@ def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:
 
 def judged(trained: OnnxNetwork, parts: list[Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what is known of trajectories, and errors of results and forces, as `Bands.calibrate` takes them."""
-    scaling, found = trained.scaling, []
+    scaling, batches = trained.scaling, []
     for dataset, rows in pieces(parts):
-        one = scaled_examples(dataset, rows, scaling)
-        scaled = trained.scaled(one.sequence, one.tabor).astype(np.float64)
+        examples = scaled_examples(dataset, rows, scaling)
+        scaled = trained.scaled(examples.sequence, examples.tabor).astype(np.float64)
         times, indentations = dataset.grid(rows)
         counts = np.array(dataset.points_per_phase)
         predicted = results(times, indentations, scaling.unscale_force(scaled), counts)
         true = np.stack([dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time", "hysteresis")])
-        known = np.column_stack([*(dataset.protocols[name][rows] for name in KNOWN), predicted[3]])
+        predictors = np.column_stack([*(dataset.protocols[name][rows] for name in KNOWN), predicted[3]])
         errors = result_errors(predicted, true, times[:, counts[:2].sum() - 1])
-        found.append((known, errors.T, np.abs(scaled - one.force[..., 0])))
-    known, errors, force = map(np.concatenate, zip(*found, strict=True))
-    return known, errors.T, force
+        batches.append((predictors, errors.T, np.abs(scaled - examples.force[..., 0])))
+    predictors, errors, force = map(np.concatenate, zip(*batches, strict=True))
+    return predictors, errors.T, force
 
 
 def _write_bands(folder: Path, bands: Bands) -> None:
-    with whole_file(folder / "bands.npz") as part, part.open("wb") as file:
+    with whole_file(folder / "bands.npz") as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **bands.as_arrays())
 
 
@@ -304,8 +307,8 @@ def members_of(folder: Path) -> list[Member]:
     """Return the networks whose mean a published model is, each with its record in `run.json`."""
     run, _ = read_run(folder)
     graph = onnx.load_from_string(read_intact(folder / ONNX_NAME, run)).graph
-    arrays = [numpy_helper.to_array(one) for one in graph.initializer]
-    arrays, weights, found = [one for one in arrays if one.dtype == np.float32 and one.ndim], [], []
+    arrays = [numpy_helper.to_array(initializer) for initializer in graph.initializer]
+    arrays, weights, members = [array for array in arrays if array.dtype == np.float32 and array.ndim], [], []
     while arrays:
         if arrays[0].ndim == 3:  # an LSTM
             (kernel,), (recurrent,), (bias,) = arrays[:3]
@@ -318,16 +321,16 @@ def members_of(folder: Path) -> list[Member]:
         model = network(record["layers"], record["units"], tuple(run["counts"]))
         own, weights = weights[: len(model.weights)], weights[len(model.weights) :]
         model.set_weights(own)
-        found.append((model, record))
-    return found
+        members.append((model, record))
+    return members
 
 
 def main() -> None:
     """Train the models that the command line names, and publish them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="+", choices=sorted(NETWORKS))
-    for one in Data.__annotations__:
-        parser.add_argument(f"--{one}", type=Path, help="what `bem campaign` wrote, see above")
+    for field in Data.__annotations__:
+        parser.add_argument(f"--{field}", type=Path, help="what `bem campaign` wrote, see above")
     parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
@@ -338,16 +341,16 @@ def main() -> None:
         for name in chosen.names:
             calibrate_published(chosen.publish / name, TrajectoryDataset.load(chosen.calibrate))
         return
-    if missing := [f"--{one}" for one in Data.__annotations__ if getattr(chosen, one) is None]:
+    if missing := [f"--{field}" for field in Data.__annotations__ if getattr(chosen, field) is None]:
         parser.error(f"a training needs {', '.join(missing)}")
     if chosen.epochs == 0 and not chosen.start:
         parser.error("--epochs 0 trains nothing, so it needs --start")
-    data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
+    data = Data(*(TrajectoryDataset.load(getattr(chosen, field)) for field in Data.__annotations__))
     epochs = {} if chosen.epochs is None else {"epochs": chosen.epochs}
-    recipes = {} if chosen.epochs == 0 else {kind: replace(one, **epochs) for kind, one in RECIPES.items()}
+    recipes = {} if chosen.epochs == 0 else {layer: replace(recipe, **epochs) for layer, recipe in RECIPES.items()}
     for name in chosen.names:
-        read = {one: getattr(chosen, one) for one in (*Data.__annotations__, "epochs", "start")}
-        words = [word for one, value in read.items() if value is not None for word in (f"--{one}", str(value))]
+        read = {key: getattr(chosen, key) for key in (*Data.__annotations__, "epochs", "start")}
+        arguments = [word for key, value in read.items() if value is not None for word in (f"--{key}", str(value))]
         made = train_model(
             name,
             NETWORKS[name],
@@ -355,7 +358,7 @@ def main() -> None:
             data,
             chosen.runs / name,
             start=chosen.start and chosen.start / name,
-            command=shlex.join(["python", "-m", "surrogate.training.pretrained", name, *words]),
+            command=shlex.join(["python", "-m", "surrogate.training.pretrained", name, *arguments]),
             report=print_epoch,
         )
         shutil.copytree(made, chosen.publish / name, dirs_exist_ok=True)

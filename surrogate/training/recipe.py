@@ -142,14 +142,14 @@ class Recipe(_Checked):
         if not file.is_file():
             raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
         try:
-            content = read_toml(file)
+            table = read_toml(file)
         except ValueError as error:
             raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
-        for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
-            if key in content:
-                content[key] = _made(kind, content[key], f"the table [{key}]", source)
-        found: Recipe = _made(cls, content, "a training recipe", source)
-        return found
+        for key, schedule in (("cosine", Cosine), ("plateau", Plateau)):
+            if key in table:
+                table[key] = _made(schedule, table[key], f"the table [{key}]", source)
+        recipe: Recipe = _made(cls, table, "a training recipe", source)
+        return recipe
 
     def with_overrides(self, **overrides: Any) -> Recipe:
         """Return a copy with fields replaced by keyword; a value of `None` keeps the field.
@@ -164,24 +164,24 @@ class Recipe(_Checked):
         return asdict(self, dict_factory=lambda pairs: {name: value for name, value in pairs if value is not None})
 
 
-def _made(kind: type, content: Any, what: str, source: str | Path) -> Any:
+def _made(cls: type, table: Any, noun: str, source: str | Path) -> Any:
     """Return a data class made of a TOML table.
 
     Raises:
         ValueError: a key is missing or unknown, or a value is not allowed; the message says what is.
     """
-    if not isinstance(content, dict):
-        raise ValueError(f"Expected {what}. Received: {shown(content)} in {source}")
-    keys = {field.name: field.default is MISSING for field in fields(kind)}
+    if not isinstance(table, dict):
+        raise ValueError(f"Expected {noun}. Received: {shown(table)} in {source}")
+    keys = {field.name: field.default is MISSING for field in fields(cls)}
     wrong = {
-        "without": [key for key, needed in keys.items() if needed and key not in content],
-        "with": [key for key in content if key not in keys],
+        "without": [key for key, needed in keys.items() if needed and key not in table],
+        "with": [key for key in table if key not in keys],
     }
     if any(wrong.values()):
         allowed = ", ".join(key if needed else f"optionally {key}" for key, needed in keys.items())
-        received = " and ".join(f"{word} {shortened(', '.join(found))}" for word, found in wrong.items() if found)
-        raise ValueError(f"Expected {allowed} in {what}. Received: {source} {received}")
+        received = " and ".join(f"{word} {shortened(', '.join(names))}" for word, names in wrong.items() if names)
+        raise ValueError(f"Expected {allowed} in {noun}. Received: {source} {received}")
     try:
-        return kind(**content)
+        return cls(**table)
     except ValueError as error:
         raise ValueError(f"{error} in {source}") from error

@@ -115,8 +115,8 @@ def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any]) ->
         writer.writerows(progress.history)
     best = best_weights(folder, progress)
     sums = [_sum_of(path) for path in (*(folder / name for name in BACKUP), best)]
-    content = json.dumps({"facts": facts, "history": progress.history, "sums": sums})
-    write_whole(folder / PROGRESS, f"{content}\n{hashlib.sha256(content.encode()).hexdigest()}\n")
+    payload = json.dumps({"facts": facts, "history": progress.history, "sums": sums})
+    write_whole(folder / PROGRESS, f"{payload}\n{hashlib.sha256(payload.encode()).hexdigest()}\n")
     for path in best.parent.glob("*.weights.h5"):
         if path != best:
             path.unlink()
@@ -131,11 +131,11 @@ def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | 
     path = folder / PROGRESS
     if not path.is_file():
         return None
-    content, _, rest = path.read_bytes().partition(b"\n")
-    if rest != f"{hashlib.sha256(content).hexdigest()}\n".encode():
+    payload, _, checksum = path.read_bytes().partition(b"\n")
+    if checksum != f"{hashlib.sha256(payload).hexdigest()}\n".encode():
         raise _damage(path, folder)
-    found = json.loads(content)
-    return Progress(found["history"]), found["facts"], found["sums"]
+    stored = json.loads(payload)
+    return Progress(stored["history"]), stored["facts"], stored["sums"]
 
 
 def resumed(folder: Path, facts: Mapping[str, Any]) -> Progress:
@@ -147,15 +147,15 @@ def resumed(folder: Path, facts: Mapping[str, Any]) -> Progress:
         ValueError: the folder holds progress of other `facts`, whose differences the message names, or a damaged file.
     """
     (folder / "best").mkdir(parents=True, exist_ok=True)
-    found = read_progress(folder)
-    if found is None:
+    stored = read_progress(folder)
+    if stored is None:
         shutil.rmtree(folder / "backup", ignore_errors=True)
         return Progress()
-    progress, trained, (*sums, best_sum) = found
-    if other := facts_that_differ(trained, facts):
+    progress, trained, (*sums, best_sum) = stored
+    if differing := facts_that_differ(trained, facts):
         raise ValueError(
             f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the "
-            f"training another name. Received: a checkpoint of another {', '.join(other)}"
+            f"training another name. Received: a checkpoint of another {', '.join(differing)}"
         )
     backup = [folder / name for name in BACKUP]
     older = [path.with_name(f"{path.name}.bkp") for path in backup]

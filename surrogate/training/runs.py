@@ -46,7 +46,7 @@ def fit_scaling(run: Run) -> Scaling:
     """Return the scaling: the statistics of the run's training set, with the trajectories of the extra data set."""
     parts = run.training
     protocols = [dataset.protocols_of(rows) for dataset, rows in parts]
-    ranges = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    ranges = {name: np.concatenate([table[name] for table in protocols]) for name in protocols[0]}
     if run.dataset.modulus_ratio is not None:
         ranges["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
     return Scaling.fit(
@@ -116,13 +116,17 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
     trained.scaling.save(target / "scaling.json")
     run.split.save(target / "split.json")
     parts = {"validation": run.split.validation, "test": run.split.test}
-    errors = {part: evaluate(trained, run.dataset, indices) for part, indices in parts.items()}
+    errors = {subset: evaluate(trained, run.dataset, indices) for subset, indices in parts.items()}
     write_errors(target / "test_errors.csv", run.split.test, errors["test"])
     cost = {"epochs": progress.epoch, "best_epoch": progress.best_epoch}
     cost |= {clock: progress.spent(clock) for clock in ("seconds", "cpu_seconds")}
-    metrics = {"parameters": bare.count_params(), **cost, **{part: summary(one) for part, one in errors.items()}}
+    metrics = {
+        "parameters": bare.count_params(),
+        **cost,
+        **{subset: summary(subset_errors) for subset, subset_errors in errors.items()},
+    }
     source = source_of(run.architecture)
-    content = {
+    record = {
         "format": RUN_FORMAT,
         "format_version": 1,
         "name": run.name,
@@ -144,7 +148,7 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
         **({"architecture_file": asdict(source)} if source else {}),
     }
     (target / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n", encoding="utf-8")
-    write_run(target, content)
+    write_run(target, record)
 
 
 def folder_content(folder: Path) -> bytes:
@@ -158,7 +162,7 @@ def folder_content(folder: Path) -> bytes:
     """
     run, scaling = read_run(folder)
     network = keras_network(folder, run, scaling)
-    content = file_content(
+    model_bytes = file_content(
         network.model,
         scaling,
         name=run["name"],
@@ -167,15 +171,15 @@ def folder_content(folder: Path) -> bytes:
     )
     if split_name(run["architecture"])[0] in REGISTERED:  # tests compare the 18 paper models with Keras
         protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
-        given = (*measurement_grid(**protocols), protocols["tabor"], None, edge_from_counts(FMS, 3))
-        expected, found = network.force(*given), OnnxNetwork(content, scaling, run["name"]).force(*given)
-        differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+        inputs = (*measurement_grid(**protocols), protocols["tabor"], None, edge_from_counts(FMS, 3))
+        expected, predicted = network.force(*inputs), OnnxNetwork(model_bytes, scaling, run["name"]).force(*inputs)
+        differences = np.abs(predicted - expected).max(axis=1) / np.ptp(expected, axis=1)
         if not differences.max() <= AGREEMENT:
             raise NotExportableError(
                 f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one "
                 f"that differs by {differences.max():.1e}, because a layer computes something else than its class says"
             )
-    return content
+    return model_bytes
 
 
 def evaluate(network: KerasNetwork, dataset: TrajectoryDataset, indices: np.ndarray) -> dict[str, np.ndarray]:
@@ -189,7 +193,7 @@ def evaluate(network: KerasNetwork, dataset: TrajectoryDataset, indices: np.ndar
     # The errors are those of the network's output, before it is rounded to physical forces.
     examples = scaled_examples(dataset, indices, scaling)
     parts = np.array_split(np.arange(len(indices)), -(-len(indices) // network.batch))
-    scaled = [network.scaled(examples.sequence[part], examples.tabor[part]) for part in parts]
+    scaled = [network.scaled(examples.sequence[rows], examples.tabor[rows]) for rows in parts]
     predicted = np.concatenate(scaled).astype(np.float64)
     return trajectory_errors(
         scaling.unscale_force(predicted),

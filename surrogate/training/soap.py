@@ -128,8 +128,8 @@ class Soap(keras.optimizers.Optimizer):
             self._average(left.products, ops.matmul(gradient, _transposed(gradient)), self.beta_2)
         if right:
             self._average(right.products, ops.matmul(_transposed(gradient), gradient), self.beta_2)
-        if found := [basis for basis in bases if basis]:
-            self._refine(found)
+        if filled := [basis for basis in bases if basis]:
+            self._refine(filled)
 
     def _average(self, average: Any, value: Any, decay: float) -> None:
         self.assign_add(average, (1 - decay) * (value - average))

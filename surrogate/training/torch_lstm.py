@@ -68,8 +68,8 @@ def with_fused_lstm(model: keras.Model) -> keras.Model:
         return model
 
     def copied(layer: keras.layers.Layer) -> keras.layers.Layer:
-        kind = TorchLSTM if type(layer) is keras.layers.LSTM else type(layer)
-        return kind.from_config(layer.get_config())
+        layer_class = TorchLSTM if type(layer) is keras.layers.LSTM else type(layer)
+        return layer_class.from_config(layer.get_config())
 
     copy = keras.models.clone_model(model, clone_function=copied)
     copy.set_weights(model.get_weights())
