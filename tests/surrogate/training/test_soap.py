@@ -55,7 +55,12 @@ def test_bases_stay_orthogonal_and_find_the_eigenvectors():
 
 @pytest.mark.parametrize(
     ("model", "layer", "count"),
-    [("M1-concat", "lstm_1", 4), ("M4-concat", "block_1", 1), ("M5-concat", "block_1", 4), ("M1-FiLM", "film", 1)],
+    [
+        ("M1-concat", "lstm_1", 4),
+        ("M4-concat", "block_1_first_convolution", 1),
+        ("M5-concat", "block_1_attention", 4),
+        ("M1-FiLM", "film", 1),
+    ],
 )
 def test_kernels_are_split_into_gates_and_heads_and_joined_again(model, layer, count):
     found = [v for v in build(model).get_layer(layer).trainable_variables if len(v.shape) > 1]
