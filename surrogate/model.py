@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ExtrapolationWarning", "Surrogate"]
 
+STEP_TOLERANCE = 0.01  # distance of a point from its step, over the length of its phase
+
 
 class Surrogate:
     """A trained model; `surrogate.load` returns one.
@@ -209,7 +211,7 @@ class Surrogate:
         Raises:
             ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of
                 `bem.problem.protocol`; times do not increase strictly; a mark is neither zero nor one; a model with
-                bands is given another number of points than it knows; one history lies outside the ranges and the
+                bands is given other points than its measurement steps; one history lies outside the ranges and the
                 margin; or as for `predict`.
 
         Warns:
@@ -223,9 +225,12 @@ class Surrogate:
                 f"that {self.name} knows. Received: {histories[0].shape[1]} points"
             )
         reasons = self._refusals(excesses, len(histories[0]), single=np.ndim(times) == 1)
+        refused = np.array([bool(reason) for reason in reasons])
+        if self.bands is not None:
+            self._require_own_steps(*(array[~refused] for array in histories))
         validity.warn_of_extrapolation(self.name, excesses, reasons=reasons)
         force = self.network.force(*histories)
-        force[[bool(reason) for reason in reasons]] = np.nan
+        force[refused] = np.nan
         return force.reshape(np.shape(times))
 
     def extrapolated(
@@ -247,6 +252,26 @@ class Surrogate:
         if single and reasons[0]:
             raise ValueError(reasons[0])
         return reasons
+
+    def _require_own_steps(
+        self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, ratio: np.ndarray, marks: np.ndarray
+    ) -> None:
+        """Refuse histories whose points are not at the measurement steps of their own protocols."""
+        if not times.size:
+            return
+        quantities = validity.history_quantities(times, indentations, marks) | {"tabor": tabor}
+        path = {name: quantities[name] for name in (*QUANTITIES, "start_indentation")}
+        grid_times, grid_indentations = grid_of(self.steps, path, ratio, self.counts)
+        travel = np.ptp(indentations, axis=1)
+        dwell = slice(self.counts[0] - 1, self.counts[0] + self.counts[1])
+        distances = np.abs(indentations - grid_indentations).max(axis=1) / travel
+        waits = np.abs(times - grid_times)[:, dwell].max(axis=1) / path["dwell_time"]
+        distance = float(np.maximum(distances, waits).max())
+        if not distance <= STEP_TOLERANCE:
+            raise ValueError(
+                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps.physical_grid`, "
+                f"the only ones that {self.name} knows. Received: a point {distance:.2g} of its phase away"
+            )
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""

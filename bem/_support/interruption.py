@@ -7,9 +7,10 @@ so its own imports are few.
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import Any, NoReturn
 
 INTERRUPTED = 130
 _standard_error = 2
@@ -39,6 +40,22 @@ def end(name: str) -> NoReturn:
     with suppress(OSError):
         os.write(_standard_error, f"{name}: interrupted; {_kept}\n".encode())
     raise SystemExit(INTERRUPTED)
+
+
+@contextmanager
+def interrupted_afterwards() -> Iterator[None]:
+    """Let Ctrl-C wait until renames that belong together are done."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is None:
+        yield  # signal handlers run elsewhere
+        return
+    signals: list[Any] = []
+    former = signal.signal(signal.SIGINT, lambda *arguments: signals.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+    if signals and callable(former):
+        former(*signals[0])
 
 
 @contextmanager

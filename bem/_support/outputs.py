@@ -17,6 +17,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from bem._support.interruption import interrupted_afterwards
 from bem._support.wording import shown
 
 IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
@@ -58,7 +59,8 @@ class Outputs:
     def __exit__(self, error: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         try:
             if error is None:
-                self._settle()
+                with interrupted_afterwards():
+                    self._settle()
         finally:
             self._discard()
 

@@ -31,16 +31,16 @@ def layers() -> dict[str, Any]:
     import surrogate
 
     m1, m4 = surrogate.build("M1-FiLM"), surrogate.build("M4-FiLM")
-    blocks = [layer.get_config() for layer in m4.layers if layer.name.startswith("block_")]
-    sizes = {key: ", ".join(str(block[key]) for block in blocks) for key in ("filters", "dilation")}
+    convolutions = [layer for layer in m4.layers if layer.name.endswith("first_convolution")]
     return {
         "lstm_units": ", ".join(str(m1.get_layer(name).units) for name in ("lstm_1", "lstm_2")),
         "film_context": m1.get_layer("film").hidden,
         "readout_units": m1.get_layer("readout_hidden").units,
-        "tcn_widths": sizes["filters"],
-        "tcn_dilations": sizes["dilation"],
-        "tcn_blocks": len(blocks),
-        **{f"tcn_{key}": blocks[0][key] for key in ("kernel_size", "dropout")},
+        "tcn_widths": ", ".join(str(layer.filters) for layer in convolutions),
+        "tcn_dilations": ", ".join(str(layer.dilation_rate[0]) for layer in convolutions),
+        "tcn_blocks": len(convolutions),
+        "tcn_kernel_size": convolutions[0].kernel_size[0],
+        "tcn_dropout": m4.get_layer("block_1_first_dropout").rate,
     }
 
 

@@ -12,6 +12,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from bem._support.interruption import interrupted_afterwards
 from bem._support.outputs import plain_name
 from surrogate.training.stopping import STOP_FILE
 
@@ -85,11 +86,12 @@ def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
     with tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
         arriving, former = Path(name) / "arriving", Path(name) / "former"
         shutil.copytree(folder / "model", arriving)
-        if target.exists():
-            target.rename(former)
-        try:
-            arriving.rename(target)
-        except OSError:
-            if former.exists():
-                former.rename(target)
-            raise
+        with interrupted_afterwards():
+            if target.exists():
+                target.rename(former)
+            try:
+                arriving.rename(target)
+            except OSError:
+                if former.exists():
+                    former.rename(target)
+                raise

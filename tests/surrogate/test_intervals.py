@@ -11,6 +11,7 @@ import pytest
 import surrogate
 from bem import HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.dataset.designs import Design
+from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import channels, edge_from_counts
@@ -168,6 +169,14 @@ def test_in_a_batch_what_is_refused_is_nan(banded):
     assert np.isnan(np.concatenate([results, *intervals, *bands])).all()
     assert not refused.detached
     np.testing.assert_allclose(banded.predict(SCENE, LOADING).force, inside.force, rtol=1e-5)
+
+
+def test_points_between_the_steps_are_refused(banded):
+    """As many points, equally spaced: their forces would be wrong without a word."""
+    path = PROTOCOL | {"tabor": 1.0}
+    times, indentations = measurement_grid(**{name: np.array([value]) for name, value in path.items()}, counts=PHYSICAL)
+    with pytest.raises(ValueError, match="of its phase away"):
+        banded.predict_history(times[0], indentations[0], SCENE)
 
 
 def test_a_history_beyond_the_margin_is_refused(banded):

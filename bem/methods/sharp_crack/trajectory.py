@@ -71,9 +71,9 @@ def expected_error(zone: float) -> float:
 
     Provisional: the errors of pull-off force and hysteresis of all of 74 histories with Tabor parameters of 10 and 15
     lie below it, against boundary elements, but on the same histories the fitted numbers were chosen. At 5 some exceed
-    it. Beyond 15 it extrapolates, and the time steps leave 0.1 to 0.3 %.
+    it. Beyond 15 it extrapolates, and the time steps leave 0.1 to 0.3 %. NaN where no contact was pulled.
     """
-    return _ERROR * math.sqrt(zone)
+    return _ERROR * math.sqrt(zone) if zone > 0.0 else math.nan
 
 
 def _contact_of(scene: Scene, law: EdgeLaw, deepest: float) -> Contact:

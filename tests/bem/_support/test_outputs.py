@@ -1,4 +1,5 @@
 import errno
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -141,3 +142,21 @@ def test_a_system_that_opens_no_folders_writes_all_the_same(tmp_path, monkeypatc
     monkeypatch.setattr("os.open", refuse)
     write_whole(tmp_path / "a.json", "new")
     assert (tmp_path / "a.json").read_text() == "new"
+
+
+def test_ctrl_c_waits_until_all_files_are_there(tmp_path, monkeypatch):
+    first, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    for path in (first, second):
+        path.write_text("old")
+    replace = Path.replace
+
+    def interrupted(self, target):
+        signal.raise_signal(signal.SIGINT)
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt), Outputs(first, second) as outputs:
+        for path in (first, second):
+            with outputs.write(path) as temporary:
+                temporary.write_text("new")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.csv": "new", "b.csv": "new"}

@@ -46,10 +46,11 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
 def test_intervals_hold_truth_and_are_kept(tmp_path, monkeypatch):
     settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}
     first = lab_coverage.study(**settings)
+    inside = []
     for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert first[group]["fitted"] == first[group]["right"] == 1
-        inside = first[group]["results"][0]["inside"].values()
-        assert sum(inside) >= len(inside) - 1
+        inside += first[group]["results"][0]["inside"].values()
+    assert np.mean(inside) > 0.7  # the parameters of one curve err together
     assert lab_coverage.page_text(first).count("|") > 40
     # The same command reads what it has; another seed computes.
     monkeypatch.setattr(lab_coverage, "drawn_curve", None)

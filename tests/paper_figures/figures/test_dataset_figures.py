@@ -16,7 +16,7 @@ from paper_figures.tables import table_protocols_dataset
 @pytest.mark.slow
 def test_figure_files_are_reproducible(dataset_path, examples, tmp_path):
     for run in "ab":
-        save(figure_2.compose(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)
+        save(figure_2.compose(examples, dataset_path), tmp_path / run / "figure-2.pdf")
     first, second = ({path.name: path.read_bytes() for path in (tmp_path / run).iterdir()} for run in "ab")
     assert first == second
     assert first.keys() == {"figure-2.pdf", "figure-2.png"}
