@@ -154,9 +154,13 @@ def test_ctrl_c_waits_until_all_files_are_there(tmp_path, monkeypatch):
         signal.raise_signal(signal.SIGINT)
         return replace(self, target)
 
+    def written():
+        with Outputs(first, second) as outputs:
+            for path in (first, second):
+                with outputs.write(path) as temporary:
+                    temporary.write_text("new")
+
     monkeypatch.setattr(Path, "replace", interrupted)
-    with pytest.raises(KeyboardInterrupt), Outputs(first, second) as outputs:
-        for path in (first, second):
-            with outputs.write(path) as temporary:
-                temporary.write_text("new")
+    with pytest.raises(KeyboardInterrupt):
+        written()
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.csv": "new", "b.csv": "new"}
