@@ -17,7 +17,7 @@ def test_smoke(tmp_path):
     folder = tmp_path / "smoke"
     done = ended("make", "smoke", f"SMOKE={folder}", cwd=ROOT)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    assert "stage 6 of 6" in done.stdout
+    assert "Stage paper" in done.stdout
     for suffix in ("pdf", "png"):
         drawn = {path.stem for path in (folder / "figures").glob(f"*.{suffix}")}
         assert drawn == {f"figure-{name}" for name in FIGURES} | {"graphical-abstract"}
