@@ -20,8 +20,8 @@ OUT ?= results
 PUBLISHED ?= published
 CONFIGS ?= experiments/configs
 # `$(SUMS) PATH ...` renews the lines of these files and folders; the others stay, so that `make verify` still finds a damaged file.
-SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); touch SHA256SUMS; for path in "$${@\#$(PUBLISHED)/}"; do \
-	{ grep -vE "  $$path(/|$$)" SHA256SUMS || true; find "$$path" -type f ! -name "*SHA256SUMS*" -exec sha256sum {} +; } | \
+SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); exec 9< .; flock 9; touch SHA256SUMS; for path in "$${@\#$(PUBLISHED)/}"; do \
+	{ grep -vE "  $$path(/|$$)" SHA256SUMS || true; find "$$path" -type f ! -name "*SHA256SUMS*" ! -path "*/.*" -exec sha256sum {} +; } | \
 	LC_ALL=C sort -k 2 > SHA256SUMS.new; mv SHA256SUMS.new SHA256SUMS; done' sums
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
@@ -178,7 +178,7 @@ HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
 $(ONLY:%=model-%) $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 	[ -f $(MODELS)/$(LABEL)/run.json ] || $(VENV)/bin/surrogate train $(NAME) --label $(LABEL) $(HOW) $(TRAINING)
 	flock $(PUBLISHED) $(GATHER)
-	flock $(PUBLISHED) $(SUMS) $(MODELS)
+	$(SUMS) $(MODELS)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(LASTING)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
 model-as-worded: HOW = --recipe paper-as-worded $(LASTING)  ## Train it by the words of the paper, without Keras's threshold, as MODEL-as-worded (hours)

@@ -266,7 +266,11 @@ _loaded: set[str] = set()
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well.
 
-    Without adhesion every state is stable.
+    The states are those of the boundary elements. Without adhesion every state is stable. Two negative eigenvalues at
+    once are not seen.
+
+    Raises:
+        RuntimeError: the trajectory was not completed.
     """
     if isinstance(scene.adhesion, HardContact):
         return 0
@@ -274,6 +278,8 @@ def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "st
     path = history_of(protocol, scene.tabor)
     problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
     result = march(problem, *prescribed(path), np.empty(0), False, MOST_WORK)
+    if result.outcome not in (COMPLETED, DETACHED):
+        raise RuntimeError(REASONS[result.outcome].format(MOST_WORK))
     return work_by_name(result.work)["unstable"]
 
 

@@ -142,8 +142,7 @@ def move_tables(models: Path) -> None:
                 shutil.copyfile(split, shared)
             if split.read_bytes() == shared.read_bytes():
                 split.unlink()
-        (folder / "test_errors.csv").unlink()  # first, because a folder that has it is gathered again
-        for name in (*(f"{table}.csv" for table in TABLES), "recipe.toml"):
+        for name in ("test_errors.csv", "history.csv", "recipe.toml"):  # a folder that has the first is gathered again
             (folder / name).unlink(missing_ok=True)
 
 

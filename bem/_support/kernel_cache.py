@@ -62,7 +62,7 @@ def _sources() -> str:
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parents[1].rglob("*.py")):
         text = source.read_bytes()
-        if any(word in text for word in (b"@kernel", b"NamedTuple", b"from numba")):
+        if any(word in text for word in (b"@kernel", b"NamedTuple", b"@dataclass", b"from numba")):
             digest.update(text)
     return digest.hexdigest()
 

@@ -154,7 +154,7 @@ def test_the_files_and_the_picture_that_the_page_names_are_there():
     text = PAGE.read_text(encoding="utf-8")
     rows = re.findall(r"^\| .*\|(.*)\|$", text.split("Code in `bem/methods/`")[1], flags=re.MULTILINE)
     named = re.findall(r"`([\w./]+(?:\.py|/))`", "".join(rows))
-    assert len(named) >= 6
+    assert len(named) >= 8
     assert [path for path in named if not (Path(bem.__file__).parent / "methods" / path).exists()] == []
     assert "images/figure-effects.png" in text
     assert (PAGE.parent / "images" / "figure-effects.png").is_file()

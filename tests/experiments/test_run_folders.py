@@ -1,6 +1,7 @@
 """The tables of published models, moved from their folders to one file, keep their numbers."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -47,3 +48,21 @@ def test_new_training_replaces_moved_tables(tmp_path):
     assert read_table(folder, "test_errors")["mse"][0] == 0.2
     with pytest.raises(FileNotFoundError, match="surrogate train"):
         read_table(tmp_path / "M2-concat", "history")
+
+
+def test_an_interrupted_move_goes_on(tmp_path, monkeypatch):
+    folder = model(tmp_path / "M1-concat")
+    unlink = Path.unlink
+
+    def interrupted(path, **options):
+        unlink(path, **options)
+        if path.suffix == ".csv":
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as context:
+        context.setattr(Path, "unlink", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            move_tables(tmp_path)
+    move_tables(tmp_path)
+    assert read_table(folder, "test_errors")["mse"].tolist() == [0.1, 1e-5]
+    assert read_table(folder, "history")["epoch"].size

@@ -10,6 +10,7 @@ import pytest
 
 import bem.dataset.file
 from bem import Scene, StandardLinearSolid
+from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 from experiments.common import scenes as scenes
@@ -243,14 +244,7 @@ def refused(command, words, *, folder):
     return err
 
 
-RANGES = {
-    "tabor": (0.2, 3.2),
-    "peak_indentation": (2.0, 100.0),
-    "loading_rate": (0.1, 1000.0),
-    "dwell_time": (1e-3, 3.0),
-    "unloading_rate": (0.1, 1000.0),
-    "modulus_ratio": (0.01, 1.0),
-}
+RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
 
 
 @pytest.fixture(scope="session")

@@ -88,9 +88,9 @@ def test_a_curve_in_compression_gives_the_same_fit_in_its_own_sign():
 
 @pytest.mark.parametrize("model", CLASSES)
 def test_each_class_of_closed_forms_is_recognised(model):
-    """Three curves a class, of which few truths lie outside their intervals."""
+    """Five curves a class, of which few truths lie outside their intervals."""
     inside = []
-    for seed in range(3):
+    for seed in range(5):
         curve, setup, truth = closed_form(model, [seed, 11])
         result = fit(curve, setup)
         assert model in (result.model, *result.alike)
@@ -98,7 +98,7 @@ def test_each_class_of_closed_forms_is_recognised(model):
         assert_near(result, truth, 2.0)
         found = {name: result.intervals[name] for name in truth.keys() & result.values.keys()}
         inside += [low <= truth[name] <= high for name, (low, high) in found.items()]
-    assert np.mean(inside) >= 0.8
+    assert np.mean(inside) >= 0.85
 
 
 def test_a_fit_gives_the_values_of_its_model_alone():

@@ -49,8 +49,10 @@ def test_intervals_hold_truth_and_are_kept(tmp_path, monkeypatch):
     inside = []
     for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert first[group]["fitted"] == first[group]["right"] == 1
-        inside += first[group]["results"][0]["inside"].values()
-    assert np.mean(inside) > 0.7  # the parameters of one curve err together
+        inside.append(list(first[group]["results"][0]["inside"].values()))
+    assert np.mean(np.concatenate(inside)) > 0.85
+    # The parameters of one curve err together: of 95 % intervals one curve in so many may miss more than one.
+    assert sum(values.count(False) > 1 for values in inside) <= 1
     assert lab_coverage.page_text(first).count("|") > 40
     # The same command reads what it has; another seed computes.
     monkeypatch.setattr(lab_coverage, "drawn_curve", None)

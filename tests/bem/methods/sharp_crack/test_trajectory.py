@@ -125,3 +125,8 @@ def test_other_scenes_are_refused(scene, words):
 def test_prescribed_forces_are_refused():
     with pytest.raises(ValueError, match="depth is prescribed"):
         march(Scene(30.0, SOLID), ForceProtocol([0.0, 1.0], [0.0, -1.0]))
+
+
+def test_no_error_is_known_without_contact():
+    scene = Scene(100.0, StandardLinearSolid(0.1))
+    assert np.isnan(march(scene, PiecewiseLinearProtocol([0.0, 1.0], [-3000.0, -2000.0])).error)
