@@ -32,6 +32,14 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     assert fixed.max_compression == pytest.approx(moving.max_compression, abs=5e-4)
 
 
+@pytest.mark.xfail(strict=True, reason="the branch is left at the largest force; see docs/limits.md")
+def test_a_fast_pull_loses_what_a_glassy_crack_does():
+    """Closed form of a sharp glassy crack in a relaxed contact of depth 5 mu: hysteresis 9.28 mu."""
+    path = PiecewiseLinearProtocol([0.0, 8e-3], [150.0, -90.0])
+    trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), path)
+    assert trajectory.hysteresis == pytest.approx(9.28 * 30.0, rel=0.03)
+
+
 def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     """The relaxed contact is unloaded so that its edge passes its cohesive zone slowly.
 
