@@ -84,3 +84,31 @@ def test_a_failed_step_leaves_the_state_exactly(step, monkeypatch):
         assert np.isnan(contact.advance(1.0, **step))
     assert (contact.time, contact.indentation, contact.force, contact.contact_radius) == before
     assert np.isfinite(contact.advance(1.0, indentation=0.4))
+
+
+def content_of(state):
+    """All numbers of a state as bytes."""
+    if isinstance(state, tuple):
+        return b"".join(map(content_of, state))
+    return np.asarray(state).tobytes()
+
+
+def test_absurd_steps_leave_the_state(monkeypatch):
+    """Of 400 steps at random, over 16 decades of time and 5 of depth and force, some two in five cannot be taken."""
+    monkeypatch.setattr("bem.contact.MOST_WORK", 3e7)
+    rng, failed = np.random.default_rng(5), 0
+    for number in range(40):
+        spring = (None, 0.05, 1.0, 20.0)[number % 4]
+        scene = Scene(np.exp(rng.uniform(*np.log([0.02, 5.0]))), (SLS, Elastic())[number % 2], spring=spring)
+        contact = Contact(scene, "draft", deepest=1.0)
+        for _ in range(10):
+            value = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-2.0, 3.0)
+            step = {str(rng.choice(["indentation", "force"])): float(value)}
+            before = content_of((contact.time, contact._now.progress.state, contact._now.progress.memory))
+            if np.isnan(contact.advance(10.0 ** rng.uniform(-8.0, 8.0), **step)):
+                failed += 1
+                assert content_of((contact.time, contact._now.progress.state, contact._now.progress.memory)) == before
+                assert contact.status != "completed"
+            else:
+                assert np.isfinite([contact.force, contact.indentation]).all()
+    assert failed > 100
