@@ -241,7 +241,8 @@ measure-training-speed: $(DATASET)
 measure-training-cost: $(DATASET) $(MODELS) $(SPEED)
 measure-amortisation: $(MEASURED)/accuracy_cost.json $(DATASET) $(MODELS) $(SPEED)
 measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
-	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed)
+	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed) --out $(if $(REVISION),$(OUT),$(MEASURED))/speed.json $(if $(BUSY),--busy)
+	$(if $(REVISION),,$(SUMS) $(MEASURED)/speed.json)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
