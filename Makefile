@@ -281,6 +281,7 @@ golden-trajectories: setup  ## Update the trajectories that guard the solver's r
 lint: setup  ## Check style, and the types of the public interface
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	$(VENV)/bin/lint-imports --no-logo --no-cache
 	$(PY) -m mypy
 format: setup  ## Format the code
 	$(PY) -m ruff check --fix .

@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import zipfile
+from collections import Counter
 from email.parser import Parser
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from surrogate.files import PUBLISHED_BANDED as PRETRAINED
 from tests.processes import ROOT, python
 
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
+MOST_MODULES = 16  # in a folder
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
 
 
@@ -140,3 +142,10 @@ def test_dev_container_is_a_stage_of_image():
     settings = json.loads(re.sub(r"^\s*//.*", "", text, flags=re.MULTILINE))
     image = (ROOT / ".devcontainer" / settings["build"]["dockerfile"]).read_text(encoding="utf-8")
     assert settings["build"]["target"] in re.findall(r"^FROM \S+ AS (\S+)", image, flags=re.MULTILINE)
+
+
+def test_no_folder_outgrows_the_eye():
+    packages = ("bem", "surrogate", "experiments", "paper_figures")
+    modules = [path for package in packages for path in (ROOT / package).rglob("*.py") if path.name != "__init__.py"]
+    folders = Counter(str(path.parent.relative_to(ROOT)) for path in modules)
+    assert {folder: count for folder, count in folders.items() if count > MOST_MODULES} == {}
