@@ -3,6 +3,7 @@
 A user's mistake becomes one sentence on standard error and exit status 2.
 """
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from bem._support.interruption import INTERRUPTED, end
 from bem._support.wording import shortened
@@ -19,8 +21,23 @@ FAILURES = ("RuntimeError", "CampaignError", "FitError")
 FIRST_TABOR = 1.0
 FIRST_PROTOCOL = {"peak_indentation": 5.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 200.0}
 """A contact to begin with, where the user describes none: the paper's sample protocol (1)."""
+HELP_NAMES = {"help_option_names": ["-h", "--help"]}
 LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
+
+
+_option_of: dict[str, str] = {}  # of the command that runs, by the name of its parameter
+
+
+class Commands(TyperGroup):
+    """Commands whose sentences name an option as it is typed."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Choose the command by its name, and remember its options."""
+        name, command, rest = super().resolve_command(ctx, args)
+        options = {parameter.name: parameter.opts[0] for parameter in command.params if parameter.opts}
+        _option_of.update({name: typed for name, typed in options.items() if typed.startswith("--")})
+        return name, command, rest
 
 
 def add_version(app: Any, name: str, number: str) -> None:
@@ -120,7 +137,11 @@ def sentence(error: Exception) -> str:
     """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
-    return shortened(str(error), LONGEST)
+    text = str(error)
+    for name, typed in _option_of.items():
+        where = rf"\b{name}\b" if "_" in name else rf"^{name}(?= must )"
+        text = re.sub(where, typed, text)
+    return shortened(text, LONGEST)
 
 
 def first_default(name: str) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -16,6 +16,7 @@ from bem import __version__
 from bem._support.command_line import (
     FIRST_PROTOCOL,
     FIRST_TABOR,
+    HELP_NAMES,
     add_version,
     first_default,
     parse_accuracy,
@@ -27,11 +28,12 @@ from bem.cli import arguments, campaign, lab
 from bem.cli.arguments import (
     STILL_ATTACHED,
     Adhesion,
-    File,
     Indenter,
     Material,
     Number,
     Text,
+    in_contact,
+    in_protocol,
     option,
     say_written,
     write,
@@ -39,6 +41,8 @@ from bem.cli.arguments import (
 
 app = typer.Typer(
     cls=lab.UnitGroup,
+    context_settings=HELP_NAMES,
+    rich_markup_mode="markdown",
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
     "indentation in h0, time in retardation times, force in pi R dgamma (tension positive).",
     no_args_is_help=True,
@@ -54,38 +58,43 @@ add_version(app, "bem", __version__)
 @app.command()
 def simulate(
     tabor: Annotated[
-        float, option("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")
+        float, in_contact("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")
     ] = FIRST_TABOR,
-    peak_indentation: Annotated[
-        Number, option("Indentation held during the dwell, in h0.", show_default=first_default("peak_indentation"))
-    ] = None,
-    loading_rate: Annotated[
-        Number, option("Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate"))
-    ] = None,
-    unloading_rate: Annotated[
-        Number, option("Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate"))
-    ] = None,
-    dwell_time: Annotated[
-        Number, option("Time at the peak, in retardation times.", show_default=f"{first_default('dwell_time')}, else 0")
-    ] = None,
-    start_indentation: Annotated[
-        Number, option("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
-    ] = None,
-    times: Annotated[Text, option(TIMES)] = None,
-    forces: Annotated[Text, option(FORCES)] = None,
-    spring: Annotated[
-        Number, option("Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
-    ] = None,
-    indenter: Indenter = "paraboloid",
     material: Material = "sls:0.1",
     adhesion: Adhesion = "lennard-jones",
-    initial_state: Annotated[str, option("relaxed or glassy.")] = "relaxed",
+    indenter: Indenter = "paraboloid",
+    spring: Annotated[
+        Number, in_contact("Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
+    ] = None,
+    initial_state: Annotated[
+        Literal["relaxed", "glassy"], in_contact("As if the sphere had always been there, or had just arrived.")
+    ] = "relaxed",
+    peak_indentation: Annotated[
+        Number, in_protocol("Indentation held during the dwell, in h0.", show_default=first_default("peak_indentation"))
+    ] = None,
+    loading_rate: Annotated[
+        Number,
+        in_protocol("Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate")),
+    ] = None,
+    unloading_rate: Annotated[
+        Number,
+        in_protocol("Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate")),
+    ] = None,
+    dwell_time: Annotated[
+        Number,
+        in_protocol("Time at the peak, in retardation times.", show_default=f"{first_default('dwell_time')}, else 0"),
+    ] = None,
+    start_indentation: Annotated[
+        Number, in_protocol("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
+    ] = None,
+    times: Annotated[Text, in_protocol(TIMES)] = None,
+    forces: Annotated[Text, in_protocol(FORCES)] = None,
     accuracy: Annotated[
         str, option("draft, standard, reference, or a target relative error such as 1e-3.")
     ] = "standard",
-    as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays as JSON.")] = False,
-    csv: Annotated[File, option("Write time, indentation, force, contact radius, stage here.")] = None,
-    plot: Annotated[File, option(f"Draw force history and loop here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
+    as_json: arguments.Json = False,
+    csv: arguments.Csv = None,
+    plot: arguments.Plot = None,
     filmstrip: arguments.Filmstrip = None,
     animate: arguments.Animate = None,
 ) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -18,13 +19,12 @@ File = Path | None
 MATERIAL_HELP = (
     "elastic, sls:K (standard linear solid of modulus ratio K = E0/Einf), or prony:C1@T1,C2@T2,... (retardation "
     "strengths as fractions of the relaxed compliance, at retardation times), or an entry of the materials library, "
-    "such as sylgard_184, whose times are in seconds."
+    "such as sylgard_184, or a .toml file like its entries, whose times are in seconds."
 )
 
+PICTURE = "On a terminal, a new contact.png by default."
 STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
-ADHESION_HELP = (
-    "Traction law: lennard-jones, constant-stress (Maugis-Dugdale) or exponential; none for impenetrable surfaces."
-)
+ADHESION_HELP = "Traction law; constant-stress is Maugis-Dugdale's, none is for impenetrable surfaces."
 INDENTER_HELP = "paraboloid, cone, or power:N for a profile that rises with the power N of the radius, 1 to 8."
 
 
@@ -33,12 +33,23 @@ def option(text: str, *names: str, **settings: Any) -> Any:
     return typer.Option(*names, help=text, **settings)
 
 
-Adhesion = Annotated[str, option(ADHESION_HELP, "--adhesion", "--traction")]
-Indenter = Annotated[str, option(INDENTER_HELP)]
-Material = Annotated[str, option(MATERIAL_HELP)]
-Filmstrip = Annotated[File, option("Draw the contact at its most informative instants here (.png, .pdf, .svg).")]
-Animate = Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")]
-PICTURE = "On a terminal, a new contact.png by default."
+def panel(name: str) -> Callable[..., Any]:
+    """The function `option` for one panel of the help."""
+    return partial(option, rich_help_panel=name)
+
+
+in_protocol, in_contact, in_output = map(panel, ("Protocol", "Contact", "Output"))
+Adhesion = Annotated[
+    Literal["lennard-jones", "constant-stress", "exponential", "none"],
+    in_contact(ADHESION_HELP, "--adhesion", "--traction"),
+]
+Indenter = Annotated[str, in_contact(INDENTER_HELP)]
+Material = Annotated[str, in_contact(MATERIAL_HELP)]
+Json = Annotated[bool, in_output("Print summary and arrays as JSON.", "--json")]
+Csv = Annotated[File, in_output("Write time, indentation, force and contact radius here.")]
+Plot = Annotated[File, in_output(f"Draw force history and loop here (.png, .pdf, .svg). {PICTURE}")]
+Filmstrip = Annotated[File, in_output("Draw the contact at its most informative instants here (.png, .pdf, .svg).")]
+Animate = Annotated[File, in_output("Write the moving contact here (.gif; .mp4 by ffmpeg).")]
 FRAMES = 80
 """Profiles of a film."""
 
@@ -57,8 +68,6 @@ def scene_of(tabor: float, material: str, adhesion: str, spring: float | None, i
     from bem.problem.scene import Scene
     from bem.problem.tractions import LAWS
 
-    if adhesion not in LAWS:
-        raise ValueError(f"adhesion must be one of {', '.join(LAWS)}; received {shown(adhesion)}")
     return Scene(tabor, parse_material(material), LAWS[adhesion](), spring, parse_indenter(indenter))
 
 
@@ -109,9 +118,11 @@ def parse_material(text: str) -> Any:
 
 
 def entry_of(text: str) -> Any:
-    """The only entry of the materials library whose name begins with these words; `None` if there is none."""
+    """The only entry of the materials library whose name begins with these words, or that of a file; else `None`."""
     from bem.materials_library import load, names
 
+    if text.endswith(".toml"):
+        return load(Path(text))
     matches = [name for name in names() if f"{name}_".startswith(f"{text}_")]
     return load(matches[0]) if len(matches) == 1 else None
 

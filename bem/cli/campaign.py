@@ -3,7 +3,7 @@
 import signal
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -12,7 +12,7 @@ from bem._support.interruption import end, say_what_is_kept
 from bem._support.provenance import command_line
 from bem.cli.arguments import File, Text, option, parse_ranges, parse_ratio, parse_shard, read_design_file
 
-DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform, sobol, edges or corners."
+DESIGN_HELP = "How protocols are drawn; as in the paper by default."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."
 STEPS_HELP = "Where forces are stored: uniform steps as in the paper (the default), or physical ones."
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
@@ -22,7 +22,7 @@ CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:878
 @one_sentence("bem")
 def campaign(
     out: Annotated[Path, option("The data set file to write.")],
-    design: Annotated[Text, option(DESIGN_HELP)] = None,
+    design: Annotated[Literal["paper", "log-uniform", "sobol", "edges", "corners"] | None, option(DESIGN_HELP)] = None,
     count: Annotated[int | None, option("How many protocols; 12450 by default, as in the paper.")] = None,
     seed: Annotated[int | None, option("Seed of the design; 0 by default.")] = None,
     accuracy: Annotated[Text, option("As in `bem simulate`; standard by default.")] = None,
@@ -31,7 +31,7 @@ def campaign(
     design_file: Annotated[
         File, option("TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
     ] = None,
-    steps: Annotated[Text, option(STEPS_HELP)] = None,
+    steps: Annotated[Literal["uniform", "physical"] | None, option(STEPS_HELP)] = None,
     native: Annotated[bool, option("Keep the solver's own, adaptive histories too.")] = False,
     workers: Annotated[int | None, option("Processes; as many as cores by default.")] = None,
     cluster: Annotated[Text, option(CLUSTER_HELP)] = None,

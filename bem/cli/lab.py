@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
-from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.command_line import Commands, one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
 from bem._support.wording import plain_table, shown
 from bem.cli import arguments
@@ -58,7 +57,7 @@ SOLID = (
 )
 
 
-class UnitGroup(TyperGroup):
+class UnitGroup(Commands):
     """Commands, of which `simulate` with a radius is the one in SI units."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

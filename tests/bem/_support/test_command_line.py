@@ -81,7 +81,8 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
     [
         ("bem --sideways", "bem: No such option"),
         ("surrogate --sideways", "surrogate: No such option"),
-        (f"bem simulate --tabor -1 {CYCLE}", "bem: tabor must be a finite number at least 1e-06"),
+        (f"bem simulate --tabor -1 {CYCLE}", "bem: --tabor must be a finite number at least 1e-06"),
+        ("bem simulate --loading-rate 1", "bem: --peak-indentation, --unloading-rate must be given"),
         (
             "paper_figures table-quartiles no.json --out a.md",
             "python -m paper_figures: result file 'no.json' not found",

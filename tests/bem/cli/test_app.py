@@ -1,5 +1,6 @@
 import json
 import re
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ from typer.testing import CliRunner
 from bem import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
 from bem._support.command_line import FIRST_PROTOCOL
 from bem.cli.app import app, readable
-from bem.cli.arguments import parse_material
+from bem.cli.arguments import Adhesion, parse_material
+from bem.materials_library.entries import FOLDER
 from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.problem.tractions import LAWS
 from bem.results.plots import draw_trajectory, title_of
 from experiments.paper_numbers import paper_rows
 from tests.bem.results.test_trajectory import trajectory_of
@@ -142,8 +145,6 @@ def test_materials_have_words(text, material):
         (command(tabor="-1"), "tabor must be"),
         (command(tabor="0.2", peak_indentation="-1"), "; received"),
         (command(accuracy="perfect"), "accuracy must be"),
-        (command(adhesion="glue"), "adhesion must be one of lennard-jones"),
-        (command(initial_state="wet"), "initial_state must be"),
         (command(csv="/nowhere/at/all/force.csv"), "Expected an output file in a directory that exists; received"),
         (command(csv="-"), "which cannot be standard output; received -"),
         *((command(plot=name), "Expected an output file called .png") for name in ("loop", "-")),
@@ -203,3 +204,13 @@ def test_the_title_of_a_picture_names_the_solid_and_fits_into_it():
         picture.draw_without_rendering()
         across = picture._suptitle.get_window_extent()
         assert 0.0 < across.x0 < across.x1 < picture.bbox.width
+
+
+def test_choices_of_adhesion_are_all_laws():
+    assert set(get_args(get_args(Adhesion)[0])) == LAWS.keys()
+
+
+def test_material_of_a_file(tmp_path):
+    own = tmp_path / "my rubber.toml"
+    own.write_bytes((FOLDER / "polyurea_at_0c.toml").read_bytes())
+    assert parse_material(str(own)) == parse_material("polyurea_at_0c")

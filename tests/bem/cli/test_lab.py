@@ -96,7 +96,7 @@ OPTIONS = {
         ("simulate", {"radius": "many"}, "radius must be a length, such as '50 um'; received 'many'"),
         ("simulate", {"unloading_rate": "-1e-6"}, "(in 86.67 nm and 100 ms)"),
         ("simulate", {"plot": "a.doc"}, "Expected an output file called .png"),
-        ("simulate", {"force_sign": "up"}, "force_sign must be 'tension' or 'compression'"),
+        ("simulate", {"force_sign": "up"}, "--force-sign must be 'tension' or 'compression'"),
         ("simulate", {"largest_tabor": "50", "accuracy": "2e-5"}, "the simulation did not complete: not started"),
         ("simulate", {"csv": "-"}, "which cannot be standard output; received -"),
         ("campaign", {}, "Expected an output file called .h5 or .hdf5; received -"),
