@@ -153,10 +153,10 @@ def channels(
         tabor, modulus_ratio = np.nan, np.nan
     elif tabor is None or modulus_ratio is None:
         raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
-    from surrogate.data.physics import START, fields, of_histories
+    from surrogate.data.physics import FIELDS, of_histories
 
     histories = [np.ascontiguousarray(array, dtype=np.float64) for array in (times, indentations, edge)]
     solids = np.empty((2, len(times)))
     solids[0], solids[1] = tabor, modulus_ratio
-    values: np.ndarray = of_histories(START, *histories, *solids, fields(names))
+    values: np.ndarray = of_histories(*histories, *solids, np.array([FIELDS.index(name) for name in names]))
     return values
