@@ -22,7 +22,7 @@ from surrogate.onnx import file as onnx_file
 
 BACKENDS = ("onnx", "keras")
 MOST_THREADS = 1024
-EXPORTED = "an ONNX file of `surrogate export`"
+EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
@@ -49,12 +49,12 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
             the model or are not finite.
     """
     if backend not in BACKENDS:
-        raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
+        raise ValueError(f"backend must be one of {', '.join(BACKENDS)}; received {shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
     source = find_model(name, root)
     if name in BANDED or (source / "bands.npz").is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected the backend 'onnx' for {name}, whose card has errors. Received: {backend!r}")
+            raise ValueError(f"backend must be 'onnx' for {name}; received {backend!r}")
         return load_banded(source, threads)
     return Surrogate(_network(source, backend, threads))
 
@@ -78,7 +78,7 @@ def _network(source: Path, backend: str, threads: int) -> Network:
     """Return the network of a model directory or an ONNX file."""
     if source.is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected a model directory for the {backend} backend. Received: {source}")
+            raise ValueError(f"name must be a model directory for the backend {backend}; received {source}")
         return _exported(source, threads)
     run, scaling = read_run(source)
     if backend == "keras":
@@ -87,27 +87,24 @@ def _network(source: Path, backend: str, threads: int) -> Network:
     if not path.is_file():
         existing(source / WEIGHTS)
         raise FileNotFoundError(
-            f"Expected {path.name} in {source}; write it with `surrogate export {source}`, or choose the backend "
-            "keras. Received: no such file"
+            f"{path.name} must be in {source}: write it with `surrogate export {source}`, or choose the backend "
+            "keras; received no such file"
         )
     return OnnxNetwork(read_intact(path, run), scaling, run["name"], threads)
 
 
 def _exported(path: Path, threads: int) -> OnnxNetwork:
     """Return an ONNX file of `surrogate export`, which states its own checksum."""
-    if not path.is_file():
-        where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected {EXPORTED}. Received: {path}, which {where}")
     file_bytes = path.read_bytes()
     if not onnx_file.is_intact(file_bytes):
         reason = "which is not one, is damaged, or is of an earlier version; export it again"
-        raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}")
+        raise ValueError(f"{EXPORTED}; received {path}, {reason}")
     try:
         session = onnx_file.session_of(file_bytes, threads)
         metadata = dict(session.get_modelmeta().custom_metadata_map)
     # ONNX Runtime's exceptions share no base class of their own.
     except Exception as error:
-        raise ValueError(f"Expected {EXPORTED}. Received: {path}, which ONNX Runtime cannot read") from error
+        raise ValueError(f"{EXPORTED}; received {path}, which ONNX Runtime cannot read") from error
     file_format, version = metadata.get("format"), metadata.get("format_version")
     reason, cause = "", None
     if file_format == onnx_file.PRETRAINED_FORMAT:
@@ -123,4 +120,4 @@ def _exported(path: Path, threads: int) -> OnnxNetwork:
             return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)
         except (KeyError, ValueError) as error:
             reason, cause = "which another program wrote", error
-    raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}") from cause
+    raise ValueError(f"{EXPORTED}; received {path}, {reason}") from cause

@@ -84,8 +84,8 @@ class Surrogate:
         """
         if not isinstance(self.network, KerasNetwork):
             raise ValueError(
-                f"Expected a model loaded with backend='keras', the only one with scaled channels and gradients. "
-                f"Received: {self.name} with {type(self.network).__name__}"
+                f"{self.name} must be loaded with backend='keras', the only one with gradients; received "
+                f"{type(self.network).__name__}"
             )
         return self.network.model
 
@@ -136,7 +136,7 @@ class Surrogate:
         for entry in protocols:
             if not isinstance(entry, LoadingProtocol):
                 raise ValueError(
-                    f"Expected LoadingProtocols; `predict_history` takes other histories. Received: {shown(entry)}"
+                    f"protocol must be a LoadingProtocol (`predict_history` takes others); received {shown(entry)}"
                 )
         if len(protocols) == 1 and isinstance(scene, Iterable):
             scene = list(scene)
@@ -221,8 +221,8 @@ class Surrogate:
         histories, excesses = self._checked(times, indentations, scene, edge)
         if self.bands is not None and histories[0].shape[1] != sum(self.counts):
             raise ValueError(
-                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
-                f"that {self.name} knows. Received: {histories[0].shape[1]} points"
+                f"histories must have the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
+                f"that {self.name} knows; received {histories[0].shape[1]} points"
             )
         reasons = self._refusals(excesses, len(histories[0]), single=np.ndim(times) == 1)
         refused = np.array([bool(reason) for reason in reasons])
@@ -269,8 +269,8 @@ class Surrogate:
         distance = float(np.maximum(distances, waits).max())
         if not distance <= STEP_TOLERANCE:
             raise ValueError(
-                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps.physical_grid`, "
-                f"the only ones that {self.name} knows. Received: a point {distance:.2g} of its phase away"
+                f"histories must be at the {sum(self.counts)} steps of `bem.dataset.physical_steps.physical_grid`, "
+                f"the only ones that {self.name} knows; received a point {distance:.2g} of its phase away"
             )
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -279,8 +279,8 @@ class Surrogate:
         own = self.modulus_ratio
         if own is not None and (wrong := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
             raise ValueError(
-                f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
-                f"know any standard linear solid. Received: modulus_ratio={float(ratio[wrong[0]])!r}"
+                f"modulus_ratio must be {own:g}, the only one that {self.name} was trained on; fast and accurate "
+                f"know any standard linear solid; received {float(ratio[wrong[0]])!r}"
             )
         return tabor, ratio
 

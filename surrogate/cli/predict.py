@@ -101,7 +101,7 @@ def predict(
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
     if source is not None and out is not None and source.absolute() == out.absolute():
-        raise ValueError(f"Expected --out to be another file than --in, which stays as it is. Received: {out} for both")
+        raise ValueError(f"--out must be another file than --in, which stays as it is; received {out} for both")
     protocol: tuple[float | None, ...] = peak_indentation, loading_rate, dwell_time, unloading_rate
     if source is None:
         tabor = FIRST_TABOR if tabor is None else tabor
@@ -112,10 +112,7 @@ def predict(
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
         if coverage is not None and model.bands is None:
-            raise ValueError(
-                f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
-                f"with {model.name}"
-            )
+            raise ValueError(f"--coverage must go with fast or accurate, which have bands; received {model.name}")
         ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = of_protocols(model, table, ratio, coverage)
         refused = [
@@ -171,12 +168,12 @@ def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, ch
     column = RATIO in table.columns
     if column and model.bands is None:
         raise ValueError(
-            f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
-            f"standard linear solid. Received: a column {RATIO} in {table.path}"
+            f"protocols must have no {RATIO} for {model.name}, which knows one material; accurate and fast know any "
+            f"standard linear solid; received a column {RATIO} in {table.path}"
         )
     if column and chosen is not None:
         raise ValueError(
-            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {chosen!r} "
+            f"modulus ratios must come from --in FILE or from --modulus-ratio, not both; received {chosen!r} "
             f"and a column {RATIO} in {table.path}"
         )
     own = model.modulus_ratio
@@ -192,8 +189,8 @@ def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, ch
         return chosen
     if not check:
         raise ValueError(
-            f"Expected the modulus ratio {own:g} that {model.name} was trained on, or --check to run the solver with "
-            f"another one. Received: --modulus-ratio {chosen:g}"
+            f"--modulus-ratio must be {own:g}, on which {model.name} was trained, or --check must run the solver with "
+            f"another one; received {chosen:g}"
         )
     typer.echo(
         f"warning: {model.name} was trained on the modulus ratio {own:g} only; the solver uses {chosen:g}, so the "

@@ -84,7 +84,7 @@ class Table:
     def require(self, expected: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
         """Raise a `ValueError` about the first row that is wrong, if one is."""
         if (bad := np.flatnonzero(wrong)).size:
-            raise ValueError(f"Expected {expected}. Received: {received(bad[0])} {self.where(bad[0])}")
+            raise ValueError(f"{expected}; received {received(bad[0])} {self.where(bad[0])}")
 
 
 def read_table(path: Path) -> Table:
@@ -96,24 +96,24 @@ def read_table(path: Path) -> Table:
             where.
     """
     if path.suffix not in (".csv", ".json"):
-        raise ValueError(f"Expected an input file called .csv or .json. Received: {path}")
+        raise ValueError(f"--in must be a file called .csv or .json; received {path}")
     if not path.is_file():
         where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
+        raise FileNotFoundError(f"--in must be a file; received {path}, which {where}")
     try:
         text = read_text(path)
     except (ValueError, OSError) as error:
-        raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
+        raise ValueError(f"--in must be text in UTF-8 that can be read; received {path} ({error})") from error
     read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
     if set(read.columns) - {MODULUS_RATIO} != {*QUANTITIES}:
         names = shortened(", ".join(sorted(read.columns)))
-        raise ValueError(f"Expected the columns {', '.join(QUANTITIES)}. Received: {names} in {path}")
+        raise ValueError(f"columns must be {', '.join(QUANTITIES)}; received {names} in {path}")
     if not all(read.columns.values()):
-        raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
+        raise ValueError(f"--in must hold a row of numbers; received {path}, which has none")
     columns = {}
     for name, cells in read.columns.items():
         columns[name] = values = np.array([_number(cell) for cell in cells])
-        read.require("finite numbers", ~np.isfinite(values), lambda row: f"{shown(cells[row])} as {name}")  # noqa: B023
+        read.require(f"{name} must be finite numbers", ~np.isfinite(values), lambda row: shown(cells[row]))  # noqa: B023
     return replace(read, columns=columns)
 
 
@@ -127,11 +127,11 @@ def asked(source: Path | None, options: Sequence[float | None]) -> Table:
     flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
     if source is None:
         if missing := [flags[name] for name in QUANTITIES if name not in specified]:
-            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
+            raise ValueError(f"a protocol must be complete, or in --in FILE; received no {', '.join(missing)}")
         return Table(Path(), {name: np.array([value]) for name, value in specified.items()})
     if specified:
         both = ", ".join([f"--in {source}", *(flags[name] for name in specified)])
-        raise ValueError(f"Expected protocols from --in FILE, or options, not both. Received: {both}")
+        raise ValueError(f"protocols must come from --in FILE or from options, not both; received {both}")
     return read_table(source)
 
 
@@ -202,23 +202,23 @@ def _arrays(answer: Answer) -> dict[str, np.ndarray]:
 
 
 def _csv_table(text: str, path: Path) -> Table:
-    expected = "Expected comma-separated numbers under a header"
+    expected = "--in must hold comma-separated numbers under a header"
     try:
         parsed = csv_rows(io.StringIO(text, newline=""), strict=True)
     except ValueError as error:
-        raise ValueError(f"{expected}. Received: {path} ({error})") from error
+        raise ValueError(f"{expected}; received {path} ({error})") from error
     numbered = [(line, row) for line, row in parsed if any(cell.strip() for cell in row)]
     if not numbered:
-        raise ValueError(f"{expected}. Received: {path}, which is empty")
+        raise ValueError(f"{expected}; received {path}, which is empty")
     lines, (first, *rows) = zip(*numbered, strict=True)
     header = [name.strip() for name in first]
     if any(NUMBER.fullmatch(name) for name in header):
-        raise ValueError(f"Expected a header that names the columns. Received: numbers in the first row of {path}")
+        raise ValueError(f"the header must name the columns; received numbers in the first row of {path}")
     if len(set(header)) != len(header):
-        raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
+        raise ValueError(f"every column must stand once; received {shortened(', '.join(header))} in {path}")
     table = Table(path, {name: [row[at] for row in rows if at < len(row)] for at, name in enumerate(header)}, lines[1:])
     lengths = np.array([len(row) for row in rows])
-    table.require(f"{len(header)} values in every row", lengths != len(header), lambda row: str(lengths[row]))
+    table.require(f"every row must have {len(header)} values", lengths != len(header), lambda row: str(lengths[row]))
     return table
 
 
@@ -226,12 +226,12 @@ def _json_table(text: str, path: Path) -> Table:
     try:
         entries = parse_json(text, object_pairs_hook=_distinct)
     except ValueError as error:
-        raise ValueError(f"Expected JSON. Received: {path} ({error})") from error
+        raise ValueError(f"--in must be JSON; received {path} ({error})") from error
     if isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries):
         differing = np.array([set(entry) != set(entries[0]) for entry in entries])
-        Table(path, {}).require("the same names in every object of the list", differing, lambda _: "others")
+        Table(path, {}).require("every object of the list must have the same names", differing, lambda _: "others")
         return Table(path, {name: [entry[name] for entry in entries] for name in entries[0]})
-    raise ValueError(f"Expected a JSON list of protocols. Received: {path}")
+    raise ValueError(f"--in must be a JSON list of protocols; received {path}")
 
 
 def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -64,9 +64,7 @@ def of_histories(
 
 
 @kernel
-def _history(
-    times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, tabor: float, ratio: float
-) -> np.ndarray:
+def _history(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, tabor: float, ratio: float) -> np.ndarray:
     """All channels of one history, shape (steps, len(FIELDS))."""
     fields, memory = np.zeros((len(times), len(FIELDS))), 0.0
     for i in range(len(times)):

@@ -177,7 +177,7 @@ class Scaling:
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
             why = shortened(str(error))
             raise ValueError(
-                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source} ({why})"
+                f"a scaling must be a {FORMAT} file of version {FORMAT_VERSION}; received {source} ({why})"
             ) from error
         return scaling
 
@@ -196,7 +196,7 @@ class Scaling:
         try:
             text = read_text(path)
         except ValueError as error:
-            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+            raise ValueError(f"a scaling must be a {FORMAT} file; received {path} ({error})") from error
         return cls.from_json(text, source=path)
 
 

@@ -100,7 +100,7 @@ class Data:
         for dataset in vars(self).values():
             if dataset.steps != "physical" or "modulus_ratio" not in dataset.protocols:
                 raise ValueError(
-                    "Expected data sets of physical steps and a range of modulus ratios. Received: another one"
+                    "data sets must be of physical steps and a range of modulus ratios; received another one"
                 )
 
     @property
@@ -116,7 +116,7 @@ class Data:
         """
         rows, (chosen, calibrated) = self.box.completed, held_out
         if len(rows) <= chosen + calibrated:
-            raise ValueError(f"Expected a box of more than {chosen + calibrated} trajectories. Received: {len(rows)}")
+            raise ValueError(f"the box must hold more than {chosen + calibrated} trajectories; received {len(rows)}")
         train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
         edges = self.edges.completed
         return (
@@ -210,7 +210,7 @@ def train_model(
     members: list[Member] = []
     theirs = [(record["layers"], tuple(record["units"])) for _, record in begin[: len(networks)]]
     if theirs != list(networks) and (start or any(layer not in recipes for layer, _ in networks)):
-        raise ValueError(f"Expected a start of the networks {list(networks)}. Received: {theirs or 'none'}")
+        raise ValueError(f"--start must hold the networks {list(networks)}; received {theirs or 'none'}")
     path = start or folder
     with locked(folder):
         choose = joined_examples(choosing, scaling)

@@ -74,9 +74,10 @@ def scaling_of(dataset, features="D", split=None):
     """The scaling of a training on a data set."""
     from surrogate.training.identity import Run
     from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import fit_scaling
+    from surrogate.training.runs import training_examples
 
-    return fit_scaling(Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features))
+    run = Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features)
+    return training_examples(run)[0]
 
 
 def trained_as(folder, dataset, recipe, split=None, **run):
