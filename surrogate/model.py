@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from surrogate import validity
 from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
 from surrogate.networks import KerasNetwork, Network
-from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
+from surrogate.trajectory import PredictedTrajectory, predicted_trajectories
 from surrogate.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
@@ -133,11 +133,10 @@ class Surrogate:
         clock = time.perf_counter()
         single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
         protocols = list(protocol) if isinstance(protocol, Iterable) else [protocol]
-        for entry in protocols:
-            if not isinstance(entry, LoadingProtocol):
-                raise ValueError(
-                    f"protocol must be a LoadingProtocol (`predict_history` takes others); received {shown(entry)}"
-                )
+        if strange := [entry for entry in protocols if not isinstance(entry, LoadingProtocol)]:
+            raise ValueError(
+                f"protocol must be a LoadingProtocol (`predict_history` takes others); received {shown(strange[0])}"
+            )
         if len(protocols) == 1 and isinstance(scene, Iterable):
             scene = list(scene)
             protocols *= len(scene)
@@ -158,38 +157,51 @@ class Surrogate:
         predictions: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
         for dwell, chosen in ((self.counts[1], grid["dwell_time"] > 0.0), (0, grid["dwell_time"] == 0.0)):
-            if not chosen.any():
-                continue
-            rows = slice(None) if chosen.all() else np.flatnonzero(chosen)
-            counts = (self.counts[0], dwell, self.counts[2])
-            subset, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
-            times, indentations = grid_of(self.steps, subset, solids, counts)
-            edge = edge_from_counts(counts, len(times))
-            force = self.network.force(times, indentations, tabor[rows], solids, edge)
-            doubts: Sequence[Doubt] = ()
-            if self.bands is not None:
-                quantities = subset | {"modulus_ratio": solids}
-                doubts = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
-            numbers = np.arange(len(protocols))[rows].tolist()
-            trajectories = predicted_trajectories(
-                times,
-                indentations,
-                force,
-                refusals=[reasons[row] for row in numbers],
-                unloading_from=counts[0] + dwell - 1,
-                seconds=(time.perf_counter() - clock) / len(times),
-                extrapolated=[validity.of_history(outside, row) for row in numbers] if outside else (),
-                model=self.name,
-                modulus_ratios=() if self.bands is None else solids.tolist(),
-                doubts=doubts,
-            )
-            predictions |= zip(numbers, trajectories, strict=True)
+            if (rows := np.flatnonzero(chosen)).size:
+                subset = {name: values[rows] for name, values in grid.items()}
+                trajectories = self._trajectories(
+                    subset,
+                    ratio[rows],
+                    (self.counts[0], dwell, self.counts[2]),
+                    coverage,
+                    refusals=[reasons[row] for row in rows],
+                    extrapolated=[validity.of_history(outside, row) for row in rows] if outside else (),
+                    clock=clock,
+                )
+                predictions |= zip(rows.tolist(), trajectories, strict=True)
         if outside:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
             validity.warn_of_extrapolation(self.name, outside, where, reasons)
         return predictions[0] if single else [predictions[index] for index in range(len(protocols))]
+
+    def _trajectories(
+        self,
+        grid: dict[str, np.ndarray],
+        ratio: np.ndarray,
+        counts: tuple[int, int, int],
+        coverage: float,
+        *,
+        clock: float,
+        **fields: Any,
+    ) -> list[PredictedTrajectory]:
+        """Predict protocols that have the same numbers of points; `fields` are those of `predicted_trajectories`."""
+        times, indentations = grid_of(self.steps, grid, ratio, counts)
+        force = self.network.force(times, indentations, grid["tabor"], ratio, edge_from_counts(counts, len(times)))
+        if self.bands is not None:
+            quantities = grid | {"modulus_ratio": ratio}
+            fields["modulus_ratios"] = ratio.tolist()
+            fields["doubts"] = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
+        return predicted_trajectories(
+            times,
+            indentations,
+            force,
+            unloading_from=counts[0] + counts[1] - 1,
+            seconds=(time.perf_counter() - clock) / len(times),
+            model=self.name,
+            **fields,
+        )
 
     def predict_history(
         self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
