@@ -142,7 +142,7 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
     (tmp_path / "models" / "M2-FiLM").mkdir()
     (tmp_path / "models" / "M2-FiLM" / "metrics.json").write_bytes(b"\xff")
     listed = runner.invoke(cli.app, ["list", *options[6:]])
-    assert "metrics.json that `surrogate train` wrote" in str(listed.exception)
+    assert "metrics.json must be one that `surrogate train` wrote" in str(listed.exception)
     assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
 
 
