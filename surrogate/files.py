@@ -65,18 +65,14 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         raise FileNotFoundError(
             f"name must be a model's, a directory with run.json, or an .onnx file; received {str(name)!r}"
         )
-    if name in BANDED:
-        raise FileNotFoundError(
-            f"the pretrained model {name} must be in {' or '.join(map(str, roots))}; `make pretrained` trains it; "
-            "received a name without a model"
-        )
-    if name not in names():
+    if name not in (*names(), *BANDED):
         available = ", ".join(sorted({*names(), *trained, *BANDED}))
         raise ValueError(f"name must be ./NAME for a folder, or one of {available}; received {shown(name)}")
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(
-        f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}`surrogate train {name}` trains it; "
-        f"received a name without a model; trained there: {', '.join(trained) or 'none'}"
+        f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}"
+        f"`{'make pretrained' if name in BANDED else f'surrogate train {name}'}` trains it; received a name without a "
+        f"model; trained there: {', '.join(trained) or 'none'}"
     )
 
 

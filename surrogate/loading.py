@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from bem._support.validation import whole_number
-from bem._support.wording import shortened, shown
+from bem._support.wording import shown
 from surrogate.data.scaling import Scaling
 from surrogate.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
 from surrogate.intervals import Bands
@@ -22,6 +22,7 @@ from surrogate.onnx import file as onnx_file
 
 BACKENDS = ("onnx", "keras")
 MOST_THREADS = 1024
+FORMAT = (onnx_file.ONNX_FORMAT, str(onnx_file.ONNX_FORMAT_VERSION))
 EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 
@@ -96,28 +97,13 @@ def _network(source: Path, backend: str, threads: int) -> Network:
 def _exported(path: Path, threads: int) -> OnnxNetwork:
     """Return an ONNX file of `surrogate export`, which states its own checksum."""
     file_bytes = path.read_bytes()
-    if not onnx_file.is_intact(file_bytes):
-        reason = "which is not one, is damaged, or is of an earlier version; export it again"
+    session = onnx_file.session_of(file_bytes, threads) if onnx_file.is_intact(file_bytes) else None
+    metadata = session.get_modelmeta().custom_metadata_map if session else {}
+    if metadata.get("format") == onnx_file.PRETRAINED_FORMAT:
+        reason = f"which holds the pretrained model {metadata['name']} for other programs; load it by its name"
         raise ValueError(f"{EXPORTED}; received {path}, {reason}")
-    try:
-        session = onnx_file.session_of(file_bytes, threads)
-        metadata = dict(session.get_modelmeta().custom_metadata_map)
-    # ONNX Runtime's exceptions share no base class of their own.
-    except Exception as error:
-        raise ValueError(f"{EXPORTED}; received {path}, which ONNX Runtime cannot read") from error
-    file_format, version = metadata.get("format"), metadata.get("format_version")
-    reason, cause = "", None
-    if file_format == onnx_file.PRETRAINED_FORMAT:
-        name = shortened(metadata.get("name", ""))
-        reason = f"which holds the pretrained model {name} for other programs; load it by its name"
-    elif file_format != onnx_file.ONNX_FORMAT:
-        reason = "which is not one"
-    elif version != str(onnx_file.ONNX_FORMAT_VERSION):
-        reason = f"which is of version {shortened(str(version))}, not {onnx_file.ONNX_FORMAT_VERSION}"
-    else:
-        try:
-            scaling = Scaling.from_json(metadata["scaling"], source=path)
-            return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)
-        except (KeyError, ValueError) as error:
-            reason, cause = "which another program wrote", error
-    raise ValueError(f"{EXPORTED}; received {path}, {reason}") from cause
+    if (metadata.get("format"), metadata.get("format_version")) != FORMAT:
+        reason = f"which is not one, is damaged, or is not of version {FORMAT[1]}; export it again"
+        raise ValueError(f"{EXPORTED}; received {path}, {reason}")
+    scaling = Scaling.from_json(metadata["scaling"], source=path)
+    return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)

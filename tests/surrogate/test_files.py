@@ -110,32 +110,19 @@ def test_files_that_are_not_ours(tmp_path):
     for name, words in (("x.onnx", "which is a directory"), ("absent.onnx", "does not exist")):
         with pytest.raises(FileNotFoundError, match=rf"{name}, which {words.removeprefix('which ')}"):
             surrogate.load(tmp_path / name)
-    for content, words in (
-        (b"no graph", "which is not one, is damaged"),
-        (sealed(b"no graph"), "which ONNX Runtime cannot read"),
-    ):
-        (tmp_path / "text.onnx").write_bytes(content)
-        with pytest.raises(ValueError, match=rf"ONNX file of `surrogate export`.*text\.onnx, {words}"):
-            surrogate.load(tmp_path / "text.onnx")
+    (tmp_path / "text.onnx").write_bytes(b"no graph")
+    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`.*text\.onnx, which is not one, is damaged"):
+        surrogate.load(tmp_path / "text.onnx")
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("format", None, "which is not one"),
-        ("format_version", "9", "which is of version 9, not 1"),
-        ("scaling", None, "which another program wrote"),
-        ("scaling", "{}", "which another program wrote"),
-        ("content_sha256", None, "which is not one, is damaged"),
-    ],
-)
-def test_files_of_another_export_or_changed_by_other_tools(folder, key, value, words):
+@pytest.mark.parametrize(("key", "value"), [("format", None), ("format_version", "9"), ("content_sha256", None)])
+def test_files_of_another_export_or_changed_by_other_tools(folder, key, value):
     path, graph = folder / "model.onnx", onnx.load(folder / "model.onnx")
     found = {entry.key: entry.value for entry in graph.metadata_props} | {key: value, "content_sha256": None}
     onnx.helper.set_model_props(graph, {name: text for name, text in found.items() if text is not None})
     content = graph.SerializeToString()
     path.write_bytes(content if key == "content_sha256" else sealed(content))
-    with pytest.raises(ValueError, match=rf"ONNX file of `surrogate export`; received .*model\.onnx, {words}"):
+    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`; received .*model\.onnx, which is not one"):
         surrogate.load(path)
 
 

@@ -233,7 +233,7 @@ def test_bad_input_gets_one_sentence(banded, changes, message):
 def test_load_finds_it_by_name_and_by_its_folder(untrained):
     assert surrogate.load("fast", untrained.parent).bands is not None
     assert surrogate.load(untrained).name == "fast"
-    with pytest.raises(FileNotFoundError, match=r"pretrained model accurate in .*`make pretrained` trains it"):
+    with pytest.raises(FileNotFoundError, match=r"a trained accurate must be in .*`make pretrained` trains it"):
         surrogate.load("accurate", untrained.parent)
     with pytest.raises(ValueError, match="backend must be 'onnx' for fast"):
         surrogate.load("fast", untrained.parent, backend="keras")

@@ -81,7 +81,7 @@ def test_fractions_are_nested(dataset):
     assert len(half.train) == 24
     np.testing.assert_array_equal(half.test, split.test)
     assert set(split.with_fraction(0.5, fold=1).train) != set(half.train)
-    with pytest.raises(ValueError, match="fraction must be above 0.*received 0"):
+    with pytest.raises(ValueError, match=r"fraction must be above 0.*received 0"):
         split.with_fraction(0)
 
 
