@@ -5,6 +5,7 @@ import random
 import shutil
 import warnings
 
+import crepes
 import numpy as np
 import pytest
 
@@ -26,6 +27,7 @@ from surrogate.intervals import (
     RESULTS,
     UNSEEN,
     Bands,
+    _judged,
     _placed,
     _quantiles,
     result_errors,
@@ -362,6 +364,23 @@ def test_more_coverage_is_a_wider_band_and_the_whole_curve_a_wider_one():
         assert all(np.all(widths[name] > before[name]) for name in before)
         assert np.all(widths["curve"] > widths["force"])
         before = widths
+
+
+def test_half_widths_are_those_of_crepes():
+    """Another program's normalised Mondrian intervals, at the rank that two standard deviations more give."""
+    bands, (known, errors, _) = calibrated(), drawn(20_000, 0, 400)
+    known, errors = known[4000:], errors[:, 4000:]
+    sizes, _, cells = _judged(known, bands.ranges, bands.coefficients, bands.edges)
+    half, _ = bands.half_widths(known, 0.9)
+    for row, error in enumerate(errors):
+        regressor = crepes.ConformalRegressor().fit(error, sigmas=sizes[row], bins=cells[row])
+        for cell in np.unique(cells[row]):
+            chosen = np.flatnonzero(cells[row] == cell)
+            rank = np.ceil(0.9 * (chosen.size + 1) + 2.0 * np.sqrt(0.09 * chosen.size))
+            ends = regressor.predict_int(
+                np.zeros(5), sizes[row, chosen[:5]], cells[row, chosen[:5]], confidence=(rank - 0.5) / (chosen.size + 1)
+            )
+            np.testing.assert_allclose(ends[:, 1], half[row, chosen[:5]], rtol=1e-12)
 
 
 def test_few_errors_are_no_reason_for_a_narrow_band():
