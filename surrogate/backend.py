@@ -18,9 +18,9 @@ def limit_threads(threads: int) -> None:
         RuntimeError: Keras is already imported.
     """
     if threads < 1:
-        raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+        raise ValueError(f"threads must be at least 1; received {threads}")
     if "keras" in sys.modules:
-        raise RuntimeError("Expected a limit of threads before Keras is imported. Received: one after the import")
+        raise RuntimeError("threads must be limited before Keras is imported; received a limit after the import")
     for variable in ("OMP_NUM_THREADS", "TF_NUM_INTRAOP_THREADS", "TF_NUM_INTEROP_THREADS"):
         os.environ[variable] = str(threads)
     if threads == 1:

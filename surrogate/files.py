@@ -42,19 +42,19 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         ValueError: the name is not that of a model.
     """
     if not isinstance(name, str | Path):
-        raise ValueError(f"Expected a model's name or path. Received: {shown(name)}")
+        raise ValueError(f"name must be a model's name or path; received {shown(name)}")
     path = Path(name)
     named = str(name) == path.name and path.name not in ("", "..")
     try:
         is_directory = (path / "run.json").is_file() and (isinstance(name, Path) or not named)
     except OSError as error:
-        raise ValueError(f"Expected a model's name or path. Received: {shown(str(name))} ({error.strerror})") from error
+        raise ValueError(f"name must be a model's name or path; received {shown(str(name))}") from error
     if is_directory:
         return path
     if path.suffix == ".onnx":
         if not path.is_file():
             where = "is a directory without run.json" if path.is_dir() else "does not exist"
-            raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which {where}")
+            raise FileNotFoundError(f"name must be an ONNX file; received {path}, which {where}")
         return path
     roots = model_roots(root, banded=name in BANDED)
     for directory in roots if named else ():
@@ -63,22 +63,16 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
     trained = sorted({run_file.parent.name for directory in roots for run_file in directory.glob("*/run.json")})
     if isinstance(name, Path) or not named:
         raise FileNotFoundError(
-            f"Expected a model's name, a directory with run.json, or an .onnx file. Received: {str(name)!r}"
+            f"name must be a model's, a directory with run.json, or an .onnx file; received {str(name)!r}"
         )
-    if name in BANDED:
-        raise FileNotFoundError(
-            f"Expected the pretrained model {name} in {' or '.join(map(str, roots))}; `make pretrained` trains it. "
-            "Received: a name without a model"
-        )
-    if name not in names():
+    if name not in (*names(), *BANDED):
         available = ", ".join(sorted({*names(), *trained, *BANDED}))
-        raise ValueError(
-            f"Unknown model name. Expected ./NAME for a folder, or one of {available}. Received: name={shown(name)}"
-        )
+        raise ValueError(f"name must be ./NAME for a folder, or one of {available}; received {shown(name)}")
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(
-        f"Expected a trained {name} in {' or '.join(map(str, roots))}; {elsewhere}`surrogate train {name}` trains it. "
-        f"Received: a name without a model. Trained there: {', '.join(trained) or 'none'}"
+        f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}"
+        f"`{'make pretrained' if name in BANDED else f'surrogate train {name}'}` trains it; received a name without a "
+        f"model; trained there: {', '.join(trained) or 'none'}"
     )
 
 
@@ -100,10 +94,10 @@ def existing(path: Path) -> Path:
     if not path.is_file():
         if path.name == WEIGHTS and (path.parent / "run.json").is_file():
             raise FileNotFoundError(
-                f"Expected a model with weights. Received: {path.parent.name}, of which only the errors are published; "
+                f"a model must have weights; received {path.parent.name}, of which only the errors are published; "
                 f"{path.parent.with_name('README.md')} says how it is trained"
             )
-        raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
+        raise FileNotFoundError(f"a model directory must be complete; received one without {path}")
     return path
 
 
@@ -159,7 +153,6 @@ def _sum_of(run: dict[str, Any]) -> str:
 
 def _damage(path: Path) -> ValueError:
     return ValueError(
-        f"Expected a model directory whose files have the SHA-256 sums in run.json; get {path.parent} again "
-        f"(`git restore`, or another installation), or train the model again. Received: {path}, which is damaged or "
-        "another file"
+        f"files of a model must have the SHA-256 sums in run.json; get {path.parent} again (`git restore`, or another "
+        f"installation), or train the model again; received {path}, which is damaged or another file"
     )

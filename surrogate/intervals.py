@@ -85,7 +85,7 @@ class Bands:
         }
         for name, shape in expected.items():
             if (received := getattr(self, name).shape) != shape:
-                raise ValueError(f"Expected {name} of shape {shape}. Received: shape {received}")
+                raise ValueError(f"{name} must be of shape {shape}; received shape {received}")
 
     @classmethod
     def calibrate(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from bem._support.validation import whole_number
-from bem._support.wording import shortened, shown
+from bem._support.wording import shown
 from surrogate.data.scaling import Scaling
 from surrogate.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
 from surrogate.intervals import Bands
@@ -22,7 +22,8 @@ from surrogate.onnx import file as onnx_file
 
 BACKENDS = ("onnx", "keras")
 MOST_THREADS = 1024
-EXPORTED = "an ONNX file of `surrogate export`"
+FORMAT = (onnx_file.ONNX_FORMAT, str(onnx_file.ONNX_FORMAT_VERSION))
+EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
@@ -49,12 +50,12 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
             the model or are not finite.
     """
     if backend not in BACKENDS:
-        raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
+        raise ValueError(f"backend must be one of {', '.join(BACKENDS)}; received {shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
     source = find_model(name, root)
     if name in BANDED or (source / "bands.npz").is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected the backend 'onnx' for {name}, whose card has errors. Received: {backend!r}")
+            raise ValueError(f"backend must be 'onnx' for {name}; received {backend!r}")
         return load_banded(source, threads)
     return Surrogate(_network(source, backend, threads))
 
@@ -78,7 +79,7 @@ def _network(source: Path, backend: str, threads: int) -> Network:
     """Return the network of a model directory or an ONNX file."""
     if source.is_file():
         if backend != "onnx":
-            raise ValueError(f"Expected a model directory for the {backend} backend. Received: {source}")
+            raise ValueError(f"name must be a model directory for the backend {backend}; received {source}")
         return _exported(source, threads)
     run, scaling = read_run(source)
     if backend == "keras":
@@ -87,40 +88,22 @@ def _network(source: Path, backend: str, threads: int) -> Network:
     if not path.is_file():
         existing(source / WEIGHTS)
         raise FileNotFoundError(
-            f"Expected {path.name} in {source}; write it with `surrogate export {source}`, or choose the backend "
-            "keras. Received: no such file"
+            f"{path.name} must be in {source}: write it with `surrogate export {source}`, or choose the backend "
+            "keras; received no such file"
         )
     return OnnxNetwork(read_intact(path, run), scaling, run["name"], threads)
 
 
 def _exported(path: Path, threads: int) -> OnnxNetwork:
     """Return an ONNX file of `surrogate export`, which states its own checksum."""
-    if not path.is_file():
-        where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected {EXPORTED}. Received: {path}, which {where}")
     file_bytes = path.read_bytes()
-    if not onnx_file.is_intact(file_bytes):
-        reason = "which is not one, is damaged, or is of an earlier version; export it again"
-        raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}")
-    try:
-        session = onnx_file.session_of(file_bytes, threads)
-        metadata = dict(session.get_modelmeta().custom_metadata_map)
-    # ONNX Runtime's exceptions share no base class of their own.
-    except Exception as error:
-        raise ValueError(f"Expected {EXPORTED}. Received: {path}, which ONNX Runtime cannot read") from error
-    file_format, version = metadata.get("format"), metadata.get("format_version")
-    reason, cause = "", None
-    if file_format == onnx_file.PRETRAINED_FORMAT:
-        name = shortened(metadata.get("name", ""))
-        reason = f"which holds the pretrained model {name} for other programs; load it by its name"
-    elif file_format != onnx_file.ONNX_FORMAT:
-        reason = "which is not one"
-    elif version != str(onnx_file.ONNX_FORMAT_VERSION):
-        reason = f"which is of version {shortened(str(version))}, not {onnx_file.ONNX_FORMAT_VERSION}"
-    else:
-        try:
-            scaling = Scaling.from_json(metadata["scaling"], source=path)
-            return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)
-        except (KeyError, ValueError) as error:
-            reason, cause = "which another program wrote", error
-    raise ValueError(f"Expected {EXPORTED}. Received: {path}, {reason}") from cause
+    session = onnx_file.session_of(file_bytes, threads) if onnx_file.is_intact(file_bytes) else None
+    metadata = session.get_modelmeta().custom_metadata_map if session else {}
+    if metadata.get("format") == onnx_file.PRETRAINED_FORMAT:
+        reason = f"which holds the pretrained model {metadata['name']} for other programs; load it by its name"
+        raise ValueError(f"{EXPORTED}; received {path}, {reason}")
+    if (metadata.get("format"), metadata.get("format_version")) != FORMAT:
+        reason = f"which is not one, is damaged, or is not of version {FORMAT[1]}; export it again"
+        raise ValueError(f"{EXPORTED}; received {path}, {reason}")
+    scaling = Scaling.from_json(metadata["scaling"], source=path)
+    return OnnxNetwork(file_bytes, scaling, metadata["name"], threads, session)

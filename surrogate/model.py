@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from surrogate import validity
 from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
 from surrogate.networks import KerasNetwork, Network
-from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
+from surrogate.trajectory import PredictedTrajectory, predicted_trajectories
 from surrogate.validity import ExtrapolationWarning, Scenes
 
 if TYPE_CHECKING:
@@ -84,8 +84,8 @@ class Surrogate:
         """
         if not isinstance(self.network, KerasNetwork):
             raise ValueError(
-                f"Expected a model loaded with backend='keras', the only one with scaled channels and gradients. "
-                f"Received: {self.name} with {type(self.network).__name__}"
+                f"{self.name} must be loaded with backend='keras', the only one with gradients; received "
+                f"{type(self.network).__name__}"
             )
         return self.network.model
 
@@ -133,11 +133,10 @@ class Surrogate:
         clock = time.perf_counter()
         single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
         protocols = list(protocol) if isinstance(protocol, Iterable) else [protocol]
-        for entry in protocols:
-            if not isinstance(entry, LoadingProtocol):
-                raise ValueError(
-                    f"Expected LoadingProtocols; `predict_history` takes other histories. Received: {shown(entry)}"
-                )
+        if strange := [entry for entry in protocols if not isinstance(entry, LoadingProtocol)]:
+            raise ValueError(
+                f"protocol must be a LoadingProtocol (`predict_history` takes others); received {shown(strange[0])}"
+            )
         if len(protocols) == 1 and isinstance(scene, Iterable):
             scene = list(scene)
             protocols *= len(scene)
@@ -158,38 +157,51 @@ class Surrogate:
         predictions: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
         for dwell, chosen in ((self.counts[1], grid["dwell_time"] > 0.0), (0, grid["dwell_time"] == 0.0)):
-            if not chosen.any():
-                continue
-            rows = slice(None) if chosen.all() else np.flatnonzero(chosen)
-            counts = (self.counts[0], dwell, self.counts[2])
-            subset, solids = {name: values[rows] for name, values in grid.items()}, ratio[rows]
-            times, indentations = grid_of(self.steps, subset, solids, counts)
-            edge = edge_from_counts(counts, len(times))
-            force = self.network.force(times, indentations, tabor[rows], solids, edge)
-            doubts: Sequence[Doubt] = ()
-            if self.bands is not None:
-                quantities = subset | {"modulus_ratio": solids}
-                doubts = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
-            numbers = np.arange(len(protocols))[rows].tolist()
-            trajectories = predicted_trajectories(
-                times,
-                indentations,
-                force,
-                refusals=[reasons[row] for row in numbers],
-                unloading_from=counts[0] + dwell - 1,
-                seconds=(time.perf_counter() - clock) / len(times),
-                extrapolated=[validity.of_history(outside, row) for row in numbers] if outside else (),
-                model=self.name,
-                modulus_ratios=() if self.bands is None else solids.tolist(),
-                doubts=doubts,
-            )
-            predictions |= zip(numbers, trajectories, strict=True)
+            if (rows := np.flatnonzero(chosen)).size:
+                subset = {name: values[rows] for name, values in grid.items()}
+                trajectories = self._trajectories(
+                    subset,
+                    ratio[rows],
+                    (self.counts[0], dwell, self.counts[2]),
+                    coverage,
+                    refusals=[reasons[row] for row in rows],
+                    extrapolated=[validity.of_history(outside, row) for row in rows] if outside else (),
+                    clock=clock,
+                )
+                predictions |= zip(rows.tolist(), trajectories, strict=True)
         if outside:
             far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
             where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
             validity.warn_of_extrapolation(self.name, outside, where, reasons)
         return predictions[0] if single else [predictions[index] for index in range(len(protocols))]
+
+    def _trajectories(
+        self,
+        grid: dict[str, np.ndarray],
+        ratio: np.ndarray,
+        counts: tuple[int, int, int],
+        coverage: float,
+        *,
+        clock: float,
+        **fields: Any,
+    ) -> list[PredictedTrajectory]:
+        """Predict protocols that have the same numbers of points; `fields` are those of `predicted_trajectories`."""
+        times, indentations = grid_of(self.steps, grid, ratio, counts)
+        force = self.network.force(times, indentations, grid["tabor"], ratio, edge_from_counts(counts, len(times)))
+        if self.bands is not None:
+            quantities = grid | {"modulus_ratio": ratio}
+            fields["modulus_ratios"] = ratio.tolist()
+            fields["doubts"] = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
+        return predicted_trajectories(
+            times,
+            indentations,
+            force,
+            unloading_from=counts[0] + counts[1] - 1,
+            seconds=(time.perf_counter() - clock) / len(times),
+            model=self.name,
+            **fields,
+        )
 
     def predict_history(
         self, times: ArrayLike, indentations: ArrayLike, scene: Scenes, edge: ArrayLike | None = None
@@ -221,8 +233,8 @@ class Surrogate:
         histories, excesses = self._checked(times, indentations, scene, edge)
         if self.bands is not None and histories[0].shape[1] != sum(self.counts):
             raise ValueError(
-                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
-                f"that {self.name} knows. Received: {histories[0].shape[1]} points"
+                f"histories must have the {sum(self.counts)} steps of `bem.dataset.physical_steps`, the only ones "
+                f"that {self.name} knows; received {histories[0].shape[1]} points"
             )
         reasons = self._refusals(excesses, len(histories[0]), single=np.ndim(times) == 1)
         refused = np.array([bool(reason) for reason in reasons])
@@ -269,8 +281,8 @@ class Surrogate:
         distance = float(np.maximum(distances, waits).max())
         if not distance <= STEP_TOLERANCE:
             raise ValueError(
-                f"Expected histories at the {sum(self.counts)} steps of `bem.dataset.physical_steps.physical_grid`, "
-                f"the only ones that {self.name} knows. Received: a point {distance:.2g} of its phase away"
+                f"histories must be at the {sum(self.counts)} steps of `bem.dataset.physical_steps.physical_grid`, "
+                f"the only ones that {self.name} knows; received a point {distance:.2g} of its phase away"
             )
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -279,8 +291,8 @@ class Surrogate:
         own = self.modulus_ratio
         if own is not None and (wrong := np.flatnonzero(np.abs(ratio - own) > validity.RANGE_TOLERANCE * own)).size:
             raise ValueError(
-                f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
-                f"know any standard linear solid. Received: modulus_ratio={float(ratio[wrong[0]])!r}"
+                f"modulus_ratio must be {own:g}, the only one that {self.name} was trained on; fast and accurate "
+                f"know any standard linear solid; received {float(ratio[wrong[0]])!r}"
             )
         return tabor, ratio
 

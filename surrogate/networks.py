@@ -129,7 +129,7 @@ class OnnxNetwork(Network):
         except Exception as error:
             shape = max((np.shape(values) for values in inputs.values()), key=len)
             raise ValueError(
-                f"Expected histories that {self.name} can compute. Received: shape {shape} ({shortened(str(error))})"
+                f"histories must fit {self.name} and the memory; received shape {shape} ({shortened(str(error))})"
             ) from error
         return forces
 
@@ -186,7 +186,7 @@ def load_weights(model: keras.Model, path: Path) -> None:
 
     from bem.dataset.sealed_file import arrays
 
-    expected = f"Expected weights of {model.name} with {model.count_params()} parameters"
+    expected = f"weights of {model.name} must be {model.count_params()} finite numbers"
     try:
         # Keras ignores weights of layers that the model does not have.
         with h5py.File(path, "r") as file:
@@ -201,10 +201,10 @@ def load_weights(model: keras.Model, path: Path) -> None:
             model.load_weights(path)
     except Exception as error:  # for a damaged file, the libraries raise errors of many kinds
         reason = shortened(str(error)) or type(error).__name__
-        raise ValueError(f"{expected}. Received: {path} ({reason})") from error
+        raise ValueError(f"{expected}; received {path} ({reason})") from error
     for weight in model.weights:
         if not np.isfinite(np.asarray(weight)).all():
-            raise ValueError(f"{expected}, all finite. Received: {path} (NaN or infinity in {weight.path})")
+            raise ValueError(f"{expected}; received {path} (NaN or infinity in {weight.path})")
 
 
 def _by_layer(group: Any, name: str = "") -> dict[str, list[np.ndarray]]:

@@ -99,7 +99,7 @@ def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
     """
     scenes = list(scene) if isinstance(scene, Iterable) else [scene]
     if len(scenes) not in (1, count):
-        raise ValueError(f"Expected one scene, or one for each of {count} histories. Received: {len(scenes)}")
+        raise ValueError(f"scene must be one, or one for each of {count} histories; received {len(scenes)}")
     values = np.empty((2, count))
     values[:] = np.transpose(
         [_contact(entry, f" as scene {at}" * (len(scenes) > 1)) for at, entry in enumerate(scenes)]
@@ -109,17 +109,17 @@ def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _contact(scene: Any, where: str) -> tuple[float, float]:
     if not isinstance(scene, Scene):
-        raise ValueError(f"Expected a bem.Scene. Received: {shown(scene)}{where}")
+        raise ValueError(f"scene must be a bem.Scene; received {shown(scene)}{where}")
     if not isinstance(scene.adhesion, LennardJones) or scene.spring is not None or scene.indenter is not None:
         unsupported = "a spring" if scene.spring is not None else shown(scene.indenter or scene.adhesion)
         raise ValueError(
-            "Expected Lennard-Jones adhesion, a paraboloid and no spring, as in the training. "
-            f"Received: {unsupported}{where}; the solver knows it (`bem.simulate`)"
+            "scene must have Lennard-Jones adhesion, a paraboloid and no spring, as in the training, the solver knows "
+            f"others (`bem.simulate`); received {unsupported}{where}"
         )
     if not isinstance(scene.material, StandardLinearSolid | Elastic):
         raise ValueError(
-            f"Expected a standard linear solid, as in the training. Received: {shown(scene.material)}{where}; the "
-            "solver knows it (`bem.simulate`)"
+            "material must be a standard linear solid, as in the training, the solver knows others (`bem.simulate`); "
+            f"received {shown(scene.material)}{where}"
         )
     return scene.tabor, scene.material.modulus_ratio
 
@@ -133,8 +133,8 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     """
     if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
         raise ValueError(
-            "Expected times and indentations of the same shape (batch, steps). "
-            f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
+            "times and indentations must have the same shape (batch, steps); "
+            f"received times of shape {times.shape}, indentations of shape {indentations.shape}"
         )
     with np.errstate(all="ignore"):
         # Models use the time since the first point; by rounding, two late times may have the same one.
@@ -148,10 +148,10 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     time, where = times[row], f" in history {row}" if len(times) > 1 else ""
     for name, values in (("times", time), ("indentations", indentations[row])):
         if not np.isfinite(values).all():
-            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{where}")
+            raise ValueError(f"{name} must be finite; received NaN or infinity{where}")
     for step in np.flatnonzero(steps[row] <= 0.0)[:1]:
         received = f"{float(time[step + 1])!r} after {float(time[step])!r}"
-        raise ValueError(f"Expected times that increase strictly. Received: {received}{where}")
+        raise ValueError(f"times must increase strictly; received {received}{where}")
     for name, values, low, high in (
         ("indentations", indentations[row], -LARGEST_INDENTATION, LARGEST_INDENTATION),
         ("times after the first", since[row], 0.0, LONGEST_HISTORY),
@@ -159,7 +159,7 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
         ("rates", rises[row] / steps[row], -LARGEST_RATE, LARGEST_RATE),
     ):
         for value in values[(values < low) | (values > high)][:1].tolist():
-            raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{where}")
+            raise ValueError(f"{name} must be from {low:g} to {high:g}; received {value!r}{where}")
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
@@ -170,10 +170,10 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     """
     edge = real_array("edge", edge)
     if edge.shape != shape:
-        raise ValueError(f"Expected edge marks of shape {shape}. Received: shape {edge.shape}")
+        raise ValueError(f"edge must be of shape {shape}; received shape {edge.shape}")
     bad = edge[~((edge == 0.0) | (edge == 1.0))]
     if bad.size:
-        raise ValueError(f"Expected edge marks of zero or one. Received: {bad[0]:g}")
+        raise ValueError(f"edge must be zero or one; received {bad[0]:g}")
     return edge
 
 

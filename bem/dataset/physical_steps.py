@@ -104,13 +104,14 @@ def physical_grid(
 
 
 @kernel
-def _hertz(indentation: float) -> float:
+def hertz_power(indentation: float) -> float:
+    """The indentation to the power 3/2 in contact, otherwise zero."""
     return indentation * np.sqrt(indentation) if indentation > 0.0 else 0.0
 
 
 @kernel
-def _carried(memory: float, rate: float, dt: float, change: float) -> float:
-    """A memory int exp(-r (t - s)) du(s) after a step in which u changes linearly."""
+def carried(memory: float, rate: float, dt: float, change: float) -> float:
+    """A memory int exp(-r (t - s)) du(s) after a step in which u changes linearly: the recursion of all memories."""
     lost = -np.expm1(-rate * dt)
     return memory + (lost / (rate * dt) * change - lost * memory)
 
@@ -188,13 +189,13 @@ def on_steps(
         memory = 0.0
         for i in range(1, _LOADING.size):
             high, low = peak * _LOADING[i], peak * _LOADING[i - 1]
-            memory = _carried(memory, rate, (high - low) / up, _hertz(high) - _hertz(low))
+            memory = carried(memory, rate, (high - low) / up, hertz_power(high) - hertz_power(low))
         if dwelt > 0.0:
             for i in range(_DWELL.size):
                 where[i] = dwelt * _DWELL[i]
                 if i > 0:
-                    memory = _carried(memory, rate, where[i] - where[i - 1], 0.0)
-                force[i] = _hertz(peak) + (rate - 1.0) * memory
+                    memory = carried(memory, rate, where[i] - where[i - 1], 0.0)
+                force[i] = hertz_power(peak) + (rate - 1.0) * memory
             if dwell > 0:
                 spread = _spread(where[: _DWELL.size], force[: _DWELL.size], dwell)
                 times[row, loading : loading + dwell] = onset + spread
@@ -221,14 +222,14 @@ def _crossing(
 ) -> tuple[float, float, int]:
     """Indentation at which the force vanishes, and the slope there; leaves travels in `where`, forces in `force`."""
     strength = rate - 1.0
-    where[0], force[0] = 0.0, _hertz(peak) + strength * memory
+    where[0], force[0] = 0.0, hertz_power(peak) + strength * memory
     slope = 1.5 * np.sqrt(peak) * rate + strength * rate * memory / down
     for i in range(_UNLOADING.size - 1):
         where[i + 1] = peak * _UNLOADING[i + 1]
         left = max(peak - where[i + 1], 0.0)
-        change = _hertz(left) - _hertz(peak - where[i])
-        memory = _carried(memory, rate, (where[i + 1] - where[i]) / down, change)
-        force[i + 1] = _hertz(left) + strength * memory
+        change = hertz_power(left) - hertz_power(peak - where[i])
+        memory = carried(memory, rate, (where[i + 1] - where[i]) / down, change)
+        force[i + 1] = hertz_power(left) + strength * memory
         before = slope
         slope = 1.5 * np.sqrt(left) * rate + strength * rate * memory / down
         if force[i + 1] <= 0.0:

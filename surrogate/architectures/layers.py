@@ -107,7 +107,7 @@ class TaborGate(Layer):
         """Create the two dense layers."""
         if first_shape[-1] != second_shape[-1]:
             raise ValueError(
-                f"Expected two representations of the same width. Received: {first_shape[-1]} and {second_shape[-1]}"
+                f"both representations must have one width; received {first_shape[-1]} and {second_shape[-1]}"
             )
         self.context = keras.layers.Dense(self.hidden, activation="relu", name="context")
         self.weighting = keras.layers.Dense(2, activation="softmax", name="weighting")

@@ -65,6 +65,6 @@ def split_name(name: str) -> tuple[str, str]:
         ValueError: the name is unknown; the message lists the known ones.
     """
     if name not in names():
-        raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={shown(name)}")
+        raise ValueError(f"name must be one of {', '.join(names())}; received {shown(name)}")
     family, _, conditioning = name.rpartition("-")
     return family, conditioning

@@ -25,7 +25,7 @@ from surrogate.backend import import_keras
 if TYPE_CHECKING:
     import keras
 
-WANTED = "Expected a Python file that calls surrogate.register"
+REGISTERING = "--architecture must be a Python file that calls surrogate.register"
 ARGUMENTS = ("conditioning", "features", "name")
 
 
@@ -68,17 +68,16 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
             does not take these arguments.
     """
     if not conditionings or not set(conditionings) <= set(CONDITIONINGS):
-        raise ValueError(f"Expected conditionings of {', '.join(CONDITIONINGS)}. Received: {conditionings!r}")
+        raise ValueError(f"conditionings must be of {', '.join(CONDITIONINGS)}; received {conditionings!r}")
     for conditioning in conditionings:
         plain_name(f"{family}-{conditioning}", "a model's name FAMILY-CONDITIONING")
     if family in FAMILIES and family not in REGISTERED:
-        raise ValueError(f"Expected a family other than {', '.join(FAMILIES)}. Received: family={family!r}")
+        raise ValueError(f"family must be another than {', '.join(FAMILIES)}; received {family!r}")
     try:
         inspect.signature(builder).bind(**dict.fromkeys(ARGUMENTS))
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"Expected a builder that can be called as builder({', '.join(f'{key}=...' for key in ARGUMENTS)}). "
-            f"Received: {reprlib.repr(builder)} ({error})"
+            f"builder must take the arguments {', '.join(ARGUMENTS)}; received {reprlib.repr(builder)} ({error})"
         ) from error
     try:
         file = Path(inspect.getsourcefile(builder) or "")
@@ -100,7 +99,7 @@ def load_architectures(files: Iterable[Path]) -> None:
     """
     for file in files:
         if not file.is_file():
-            raise FileNotFoundError(f"{WANTED}. Received: {file}, which does not exist")
+            raise FileNotFoundError(f"{REGISTERING}; received {file}, which does not exist")
         import_keras()
         before, source = dict(REGISTERED), _source(file)
         # The import system would write a compiled copy next to the file.
@@ -111,11 +110,11 @@ def load_architectures(files: Iterable[Path]) -> None:
             exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
         except (Exception, SystemExit) as error:
             reason = textwrap.shorten(f"{type(error).__name__}: {error}", 300)
-            raise ValueError(f"{WANTED}. Received: {file}, which fails{_line(error, file)}: {reason}") from error
+            raise ValueError(f"{REGISTERING}; received {file}, which fails{_line(error, file)}: {reason}") from error
         finally:
             _loading.pop()
         if before == REGISTERED:
-            raise ValueError(f"{WANTED}. Received: {file}, which does not")
+            raise ValueError(f"{REGISTERING}; received {file}, which does not")
 
 
 def source_of(name: str) -> Source | None:
@@ -139,13 +138,13 @@ def require_source(run: dict[str, Any]) -> None:
         return
     file, digest = (str(recorded.get(key)) for key in ("name", "sha256"))
     family = run["architecture"].rpartition("-")[0]
-    expected = f"Expected {file} ({digest[:12]}), which built {run['name']}, by --architecture or an import"
-    if family not in REGISTERED:
-        raise ValueError(f"{expected}. Received: no architecture called {run['architecture']}")
-    source = REGISTERED[family].source
+    source = REGISTERED[family].source if family in REGISTERED else None
     if source is None or source.sha256 != digest:
-        received = f"{source.name} ({source.sha256[:12]})" if source else "one from no file"
-        raise ValueError(f"{expected}. Received: {received}")
+        received = f"{source.name} ({source.sha256[:12]})" if source else f"no file with {run['architecture']}"
+        raise ValueError(
+            f"{file} ({digest[:12]}), which built {run['name']}, must be given by --architecture or an import; "
+            f"received {received}"
+        )
 
 
 def check_model(model: Any, name: str, features: str) -> None:
@@ -162,8 +161,8 @@ def check_model(model: Any, name: str, features: str) -> None:
     outputs = [tuple(tensor.shape) for tensor in getattr(model, "outputs", None) or ()]
     if list(inputs.items()) != list(expected.items()) or outputs != [(None, None, 1)]:
         raise ValueError(
-            f"Expected a functional keras.Model of the inputs {expected} and an output of shape (None, None, 1). "
-            f"Received as {name}: {type(model).__name__} of the inputs {inputs} and outputs of shapes {outputs}"
+            f"{name} must be a functional keras.Model of the inputs {expected} and an output of shape (None, None, 1); "
+            f"received {type(model).__name__} of the inputs {inputs} and outputs of shapes {outputs}"
         )
 
 

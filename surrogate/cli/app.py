@@ -20,8 +20,7 @@ from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.files import BANDED, find_model, model_roots, read_run, write_run
-from surrogate.training.model_directory import model_name, publish, require_place
-from surrogate.training.recipe import Recipe
+from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.stopping import STOPPED, stop_request
 
 app = typer.Typer(
@@ -81,64 +80,42 @@ def train(
 ) -> None:
     """Train one model, or resume its training, and publish it at the end."""
     say_what_is_kept("completed epochs are saved, and the same command continues")
-    published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
-    destination = models / published_as
+    out = models / (model_name(name, "an architecture's name") if label is None else model_name(label, "a --label"))
     if not architecture:
         split_name(name)
     changed = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
-    otherwise = [f"--{option}" for option, chosen in changed.items() if chosen]
+    otherwise = [f"--{option}" for option, value in changed.items() if value]
     if otherwise and label is None and models == MODELS:
         raise ValueError(
-            f"Expected --label with {', '.join(otherwise)}, because {destination} is for the model trained with the "
-            f"defaults of these options. Received: label={label!r}"
+            f"--label must be given with {', '.join(otherwise)}, because {out} is for the model trained with the "
+            "defaults of these options; received none"
         )
-    require_place(destination)
-    own = Recipe.load(recipe)
-    chosen = own.with_overrides(epochs=epochs, seed=seed)
+    require_place(out)
     if threads is not None:
         limit_threads(threads)
     load_architectures(architecture or ())
-    split_name(name)
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.identity import Run, trained_otherwise
+    from surrogate.training.interface import train as train_model
 
     data = TrajectoryDataset.load(dataset)
-    run = Run(
-        architecture=name,
-        dataset=data,
-        split=data.split(split_seed).with_fraction(fraction, fold),
-        recipe=chosen,
+    published = train_model(
+        name,
+        data,
+        out=out,
+        recipe=recipe,
+        seed=seed,
+        epochs=epochs,
         features=features,
-        extra=TrajectoryDataset.load(extra) if extra else None,
-        label=label or "",
-        epochs_given=chosen.epochs != own.epochs,
-    )
-    if destination.exists() and not replace:
-        if why := trained_otherwise(destination, run.identity):
-            labelled = "--label with another name" if label is None else "another --label"
-            raise ValueError(
-                f"Expected {labelled}, or --replace, because {destination} holds a published model. "
-                f"Received: neither, and a model {why}"
-            )
-        typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
-        return
-    import_keras()
-    from surrogate.training.run_folder import print_epoch
-    from surrogate.training.runs import execute
-
-    progress = execute(
-        run,
-        runs / run.name,
+        split=data.split(split_seed).with_fraction(fraction, fold),
+        extra=extra,
+        runs=runs,
+        replace=replace,
         should_stop=stop_request(runs),
-        report=print_epoch,
         log=typer.echo,
         command=shlex.join(["surrogate", *sys.argv[1:]]),
     )
-    if not progress.finished:
-        typer.echo(f"{run.name}: stopped after epoch {progress.epoch}; the same command resumes it")
+    if not published:
         raise typer.Exit(STOPPED)
-    publish(runs / run.name, destination, replace=replace)
-    typer.echo(f"{run.name}: published in {destination}")
 
 
 @app.command()
@@ -157,7 +134,7 @@ def evaluate(
     load_architectures(architecture or ())
     from surrogate.data.metrics import summary
     from surrogate.loading import load
-    from surrogate.training.runs import evaluate_published, write_errors
+    from surrogate.training.evaluation import evaluate_published, write_errors
 
     with Outputs(errors) as outputs:
         trained = load(name, models, backend="keras")
@@ -191,24 +168,22 @@ def export(
     """Write a trained model as one file.
 
     An .onnx file maps physical inputs to the physical force. A .keras file maps scaled inputs to the scaled force;
-    `keras.saving.load_model` reads it after `import surrogate`.
+    `keras.saving.load_model` reads it after `import surrogate.architectures.layers`.
     """
     import surrogate
     from surrogate.loading import load_banded
 
     if file_format not in (None, "onnx", "keras"):
-        raise ValueError(f"Expected the format onnx or keras. Received: {shown(file_format)}")
+        raise ValueError(f"--format must be onnx or keras; received {shown(file_format)}")
     require_suffix(out, (".onnx", ".keras") if file_format is None else (f".{file_format}",))
     as_keras = out.suffix == ".keras" if out is not None else file_format == "keras"
     if name in BANDED and as_keras:
-        raise ValueError(f"Expected the format onnx for {name}. Received: the format keras")
+        raise ValueError(f"--format must be onnx for {name}; received keras")
     folder = find_model(name, models)
     if not folder.is_dir():
-        raise ValueError(f"Expected a model directory. Received: {folder}")
-    if out is None and as_keras:
-        raise ValueError("Expected --out FILE.keras. Received: no --out")
-    if out is None and name in BANDED:
-        raise ValueError(f"Expected --out FILE, since {folder / 'model.onnx'} is the network alone. Received: no --out")
+        raise ValueError(f"NAME must be a model directory; received {folder}")
+    if out is None and (as_keras or name in BANDED):
+        raise ValueError("--out must name the file for .keras, fast and accurate; received no --out")
     load_architectures(architecture or ())
     written = folder / "model.onnx" if out is None else out
     with Outputs(written) as outputs:

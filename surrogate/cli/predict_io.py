@@ -18,13 +18,14 @@ import json
 import math
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.command_line import FIRST_PROTOCOL, FIRST_TABOR
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
@@ -47,17 +48,17 @@ NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 @dataclass(frozen=True)
 class Table:
-    """Content of an input file: columns of equal length, by name.
+    """Protocols, of a file or of options.
 
     Args:
         path: The file; that of a protocol from options has no name.
-        columns: Arrays of numbers of shape `(rows,)`, or lists of unconverted cells while the file is read.
+        columns: Arrays of shape `(rows,)` by name.
         lines: Line number of each row in a CSV file.
     """
 
     path: Path
-    columns: dict[str, Any]
-    lines: tuple[int, ...] = ()
+    columns: dict[str, np.ndarray]
+    lines: Sequence[int] = ()
 
     def where(self, row: int) -> str:
         """Return the position of a row, counted from zero, as text for a message."""
@@ -81,11 +82,6 @@ class Table:
                 raise ValueError(f"{error} {self.where(number)}" if self.path.name else str(error)) from error
         return protocols
 
-    def require(self, expected: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
-        """Raise a `ValueError` about the first row that is wrong, if one is."""
-        if (bad := np.flatnonzero(wrong)).size:
-            raise ValueError(f"Expected {expected}. Received: {received(bad[0])} {self.where(bad[0])}")
-
 
 def read_table(path: Path) -> Table:
     """Read protocols from a CSV or JSON file.
@@ -96,42 +92,44 @@ def read_table(path: Path) -> Table:
             where.
     """
     if path.suffix not in (".csv", ".json"):
-        raise ValueError(f"Expected an input file called .csv or .json. Received: {path}")
+        raise ValueError(f"--in must be a file called .csv or .json; received {path}")
     if not path.is_file():
         where = "is a directory" if path.is_dir() else "does not exist"
-        raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
+        raise FileNotFoundError(f"--in must be a file; received {path}, which {where}")
+    form = "comma-separated numbers under a header" if path.suffix == ".csv" else "a JSON list of protocols"
     try:
         text = read_text(path)
+        header, rows, lines = _csv_rows(text) if path.suffix == ".csv" else _json_rows(text)
     except (ValueError, OSError) as error:
-        raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
-    read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
-    if set(read.columns) - {MODULUS_RATIO} != {*QUANTITIES}:
-        names = shortened(", ".join(sorted(read.columns)))
-        raise ValueError(f"Expected the columns {', '.join(QUANTITIES)}. Received: {names} in {path}")
-    if not all(read.columns.values()):
-        raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
-    columns = {}
-    for name, cells in read.columns.items():
-        columns[name] = values = np.array([_number(cell) for cell in cells])
-        read.require("finite numbers", ~np.isfinite(values), lambda row: f"{shown(cells[row])} as {name}")  # noqa: B023
-    return replace(read, columns=columns)
+        raise ValueError(f"--in must hold {form}; received {path} ({error})") from error
+    table = Table(path, {}, lines)
+    if sorted({*header} - {MODULUS_RATIO}) != sorted(QUANTITIES) or len({*header}) < len(header):
+        names = shortened(", ".join(header))
+        raise ValueError(f"columns must be {', '.join(QUANTITIES)}, each once; received {names} in {path}")
+    numbers = np.array([[_number(cell) for cell in row] for row in rows])
+    for row, column in np.argwhere(~np.isfinite(numbers)):
+        received = f"{shown(rows[row][column])} {table.where(row)}"
+        raise ValueError(f"{header[column]} must be a finite number; received {received}")
+    return replace(table, columns=dict(zip(header, numbers.T, strict=True)))
 
 
-def asked(source: Path | None, options: Sequence[float | None]) -> Table:
-    """Return the protocols of a file or of the options.
+def protocols_asked(source: Path | None, options: Sequence[float | None]) -> Table:
+    """Return the protocols of a file or of the options; without either, the paper's sample protocol (1).
 
     Raises:
-        ValueError: both or neither are given.
+        ValueError: both are given, or a protocol is not complete.
     """
     specified = {name: value for name, value in zip(QUANTITIES, options, strict=True) if value is not None}
     flags = {name: f"--{name.replace('_', '-')}" for name in QUANTITIES}
     if source is None:
-        if missing := [flags[name] for name in QUANTITIES if name not in specified]:
-            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
-        return Table(Path(), {name: np.array([value]) for name, value in specified.items()})
+        first = {} if specified.keys() - {"tabor"} else FIRST_PROTOCOL
+        protocol = {"tabor": FIRST_TABOR} | first | specified
+        if missing := [flags[name] for name in QUANTITIES if name not in protocol]:
+            raise ValueError(f"a protocol must be complete, or in --in FILE; received no {', '.join(missing)}")
+        return Table(Path(), {name: np.array([value]) for name, value in protocol.items()})
     if specified:
         both = ", ".join([f"--in {source}", *(flags[name] for name in specified)])
-        raise ValueError(f"Expected protocols from --in FILE, or options, not both. Received: {both}")
+        raise ValueError(f"protocols must come from --in FILE or from options, not both; received {both}")
     return read_table(source)
 
 
@@ -150,12 +148,18 @@ def _scene(tabor: float, modulus_ratio: float) -> Scene:
     return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
 
 
-def write_trajectories(path: Path, answers: Sequence[Answer]) -> None:
-    """Write trajectories step by step, with the solver's force, as CSV, or with scalars and errors too, as JSON."""
+def write_answers(path: Path, answers: Sequence[Answer], columns: dict[str, np.ndarray] | None) -> None:
+    """Write predictions as JSON, or as CSV: a row of each with `columns` of its protocol, step by step without them."""
+    if path.suffix == ".json":
+        path.write_text(to_json(answers) + "\n", encoding="utf-8")
+    elif columns is None:
+        _write_steps(path, answers)
+    else:
+        _write_protocols(path, columns, answers)
+
+
+def _write_steps(path: Path, answers: Sequence[Answer]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        if path.suffix == ".json":
-            file.write(to_json(answers) + "\n")
-            return
         writer = csv.writer(file, lineterminator="\n")
         arrays = [_arrays(answer) for answer in answers]
         writer.writerow([TRAJECTORY, *arrays[0]])
@@ -164,11 +168,8 @@ def write_trajectories(path: Path, answers: Sequence[Answer]) -> None:
             writer.writerows([number, *(repr(value) if math.isfinite(value) else "" for value in row)] for row in rows)
 
 
-def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequence[Answer]) -> None:
-    """Write as CSV, a row of each, what was given of protocols, the scalars of their trajectories, and the errors.
-
-    What is not finite is left empty.
-    """
+def _write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequence[Answer]) -> None:
+    """Write what was given of protocols, the scalars of their trajectories, and the errors; empty where not finite."""
     rows = []
     for number, answer in enumerate(answers):
         predicted = answer.predicted
@@ -201,46 +202,30 @@ def _arrays(answer: Answer) -> dict[str, np.ndarray]:
     return arrays if answer.solver_force is None else arrays | {"solver_force": answer.solver_force}
 
 
-def _csv_table(text: str, path: Path) -> Table:
-    expected = "Expected comma-separated numbers under a header"
-    try:
-        parsed = csv_rows(io.StringIO(text, newline=""), strict=True)
-    except ValueError as error:
-        raise ValueError(f"{expected}. Received: {path} ({error})") from error
-    numbered = [(line, row) for line, row in parsed if any(cell.strip() for cell in row)]
-    if not numbered:
-        raise ValueError(f"{expected}. Received: {path}, which is empty")
-    lines, (first, *rows) = zip(*numbered, strict=True)
-    header = [name.strip() for name in first]
-    if any(NUMBER.fullmatch(name) for name in header):
-        raise ValueError(f"Expected a header that names the columns. Received: numbers in the first row of {path}")
-    if len(set(header)) != len(header):
-        raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
-    table = Table(path, {name: [row[at] for row in rows if at < len(row)] for at, name in enumerate(header)}, lines[1:])
-    lengths = np.array([len(row) for row in rows])
-    table.require(f"{len(header)} values in every row", lengths != len(header), lambda row: str(lengths[row]))
-    return table
+def _csv_rows(text: str) -> tuple[list[str], list[list[str]], list[int]]:
+    """Return the header, the rows and the numbers of their lines."""
+    numbered = [
+        (line, row) for line, row in csv_rows(io.StringIO(text, newline=""), strict=True) if any(map(str.strip, row))
+    ]
+    if len(numbered) < 2:
+        raise ValueError("no row of numbers")
+    lines, (header, *rows) = zip(*numbered, strict=True)
+    for line, row in numbered:
+        if len(row) != len(header):
+            raise ValueError(f"{len(row)} values in line {line}, {len(header)} in the header")
+    return [name.strip() for name in header], rows, list(lines[1:])
 
 
-def _json_table(text: str, path: Path) -> Table:
-    try:
-        entries = parse_json(text, object_pairs_hook=_distinct)
-    except ValueError as error:
-        raise ValueError(f"Expected JSON. Received: {path} ({error})") from error
-    if isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries):
-        differing = np.array([set(entry) != set(entries[0]) for entry in entries])
-        Table(path, {}).require("the same names in every object of the list", differing, lambda _: "others")
-        return Table(path, {name: [entry[name] for entry in entries] for name in entries[0]})
-    raise ValueError(f"Expected a JSON list of protocols. Received: {path}")
-
-
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    members: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in members:
-            raise ValueError(f"{shown(name)} twice in one object")
-        members[name] = value
-    return members
+def _json_rows(text: str) -> tuple[list[str], list[list[Any]], list[int]]:
+    """Return the names and the rows of a list of objects."""
+    entries = parse_json(text)
+    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+        raise ValueError("another value")
+    header = list(entries[0])
+    for number, entry in enumerate(entries, 1):
+        if entry.keys() != entries[0].keys():
+            raise ValueError(f"other names in object {number} than in the first")
+    return header, [[entry[name] for name in header] for entry in entries], []
 
 
 def _number(cell: Any) -> float:

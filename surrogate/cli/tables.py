@@ -95,7 +95,7 @@ def _published(path: Path) -> tuple[str, ...]:
         medians = {name: float(metrics["test"][name]["median"]) for name in ERRORS if name in metrics["test"]}
         numbers = (f"{int(metrics['parameters']):,}", f"{float(metrics['test']['mse']['mean']):.2e}")
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
+        raise ValueError(f"metrics.json must be one that `surrogate train` wrote; received {path}") from error
     errors = (f"{medians[quantity]:.2f} %" if quantity in medians else "" for quantity in ERRORS)
     return (path.parent.name, *numbers, *errors, _training(path.parent))
 

@@ -59,7 +59,7 @@ class Split:
             ValueError: the fraction is outside (0, 1].
         """
         if not 0.0 < fraction <= 1.0:
-            raise ValueError(f"Expected a fraction in (0, 1]. Received: fraction={fraction}")
+            raise ValueError(f"fraction must be above 0 and at most 1; received {fraction}")
         order = np.random.default_rng([self.seed, fold]).permutation(self.train)
         kept = np.sort(order[: max(1, round(fraction * self.train.size))])
         return replace(self, train=kept)
@@ -103,9 +103,7 @@ class Split:
             parts = {name: np.array(stored[name], dtype=np.int64) for name in PARTS}
             return cls(**parts, seed=int(stored["seed"]))
         except (ValueError, KeyError, TypeError, OverflowError) as error:
-            raise ValueError(
-                f"Expected a split with seed, train, validation and test. Received: path={path}"
-            ) from error
+            raise ValueError(f"a split must have seed, train, validation and test; received {path}") from error
 
 
 @dataclass(frozen=True)
@@ -211,8 +209,8 @@ class TrajectoryDataset:
         validation_count, test_count = (round(fraction * indices.size) for fraction in fractions)
         if min(validation_count, test_count, indices.size - validation_count - test_count) < 1:
             raise ValueError(
-                f"Expected enough completed trajectories to split for training, validation ({fractions[0]:g} of them) "
-                f"and test ({fractions[1]:g}). Received: {indices.size}"
+                f"the completed trajectories must be enough for training, validation ({fractions[0]:g} of them) "
+                f"and test ({fractions[1]:g}); received {indices.size}"
             )
         protocols = np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1)
         _, group = np.unique(protocols, axis=0, return_inverse=True)

@@ -34,6 +34,15 @@ class Examples:
     def __len__(self) -> int:
         return len(self.sequence)
 
+    @classmethod
+    def scaled(cls, channels: np.ndarray, tabor: np.ndarray, force: np.ndarray, scaling: Scaling) -> Examples:
+        """Scale physical channels, Tabor parameters and forces, of the shapes that `Scaling.fit` takes."""
+        return cls(
+            sequence=scaling.scale_channels(channels),
+            tabor=scaling.scale_tabor(tabor),
+            force=scaling.scale_force(force)[..., np.newaxis].astype(np.float32),
+        )
+
 
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
     """Return the physical channels of the trajectories `indices`, of shape `(batch, steps, channels)`, float64.
@@ -54,11 +63,8 @@ def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features:
 
 def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
     """Return the scaled inputs and the scaled force of the trajectories `indices`."""
-    return Examples(
-        sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
-        tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
-        force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
-    )
+    channels = physical_channels(dataset, indices, scaling.features)
+    return Examples.scaled(channels, dataset.protocols["tabor"][indices], dataset.force[indices], scaling)
 
 
 def pieces(parts: Sequence[Part]) -> Iterator[Part]:

@@ -62,9 +62,7 @@ def channel_names(features: str) -> tuple[str, ...]:
         ValueError: the feature set is unknown; the message lists the known ones.
     """
     if features not in FEATURE_SETS:
-        raise ValueError(
-            f"Unknown feature set. Expected one of {', '.join(FEATURE_SETS)}. Received: features={shown(features)}"
-        )
+        raise ValueError(f"features must be one of {', '.join(FEATURE_SETS)}; received {shown(features)}")
     return FEATURE_SETS[features]
 
 
@@ -152,11 +150,11 @@ def channels(
     if features not in NEEDS_MATERIAL:
         tabor, modulus_ratio = np.nan, np.nan
     elif tabor is None or modulus_ratio is None:
-        raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
-    from surrogate.data.physics import START, fields, of_histories
+        raise ValueError(f"tabor and modulus_ratio must be given for feature set {features}; received none")
+    from surrogate.data.physics import FIELDS, of_histories
 
     histories = [np.ascontiguousarray(array, dtype=np.float64) for array in (times, indentations, edge)]
     solids = np.empty((2, len(times)))
     solids[0], solids[1] = tabor, modulus_ratio
-    values: np.ndarray = of_histories(START, *histories, *solids, fields(names))
+    values: np.ndarray = of_histories(*histories, *solids, np.array([FIELDS.index(name) for name in names]))
     return values

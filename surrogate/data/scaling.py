@@ -96,8 +96,7 @@ class Scaling:
         Raises:
             ValueError: the feature set is unknown, or the number of channels is not that of the feature set.
         """
-        transformed = _transform_channels(channels, features)
-        mean, scale = _moments(transformed, axis=(0, 1))
+        mean, scale = _moments(_transformed(channels, features), axis=(0, 1))
         return cls(
             features=features,
             channel_mean=tuple(mean.tolist()),
@@ -115,9 +114,8 @@ class Scaling:
         return low if low == high else None
 
     @cached_property
-    def _channel_moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        passes = np.array([SYMLOG_PASSES[name] for name in channel_names(self.features)])
-        return passes, np.array(self.channel_mean), np.array(self.channel_scale)
+    def _channel_moments(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(self.channel_mean), np.array(self.channel_scale)
 
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
         """Return scaled channels, float32, of the same shape as the physical ones, `(..., steps, channels)`.
@@ -125,12 +123,8 @@ class Scaling:
         Raises:
             ValueError: the number of channels is not that of the feature set.
         """
-        # Compiled, so imported by the first call.
-        from surrogate.data.physics import standardised
-
-        _require_channels(channels, self.features)
-        scaled: np.ndarray = standardised(channels.reshape(-1, channels.shape[-1]), *self._channel_moments)
-        return scaled.reshape(channels.shape)
+        mean, scale = self._channel_moments
+        return ((_transformed(channels, self.features) - mean) / scale).astype(np.float32)
 
     def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
         """Return scaled Tabor parameters of shape `(batch, 1)`, float32, from physical ones of shape `(batch,)`."""
@@ -183,7 +177,7 @@ class Scaling:
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
             why = shortened(str(error))
             raise ValueError(
-                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source} ({why})"
+                f"a scaling must be a {FORMAT} file of version {FORMAT_VERSION}; received {source} ({why})"
             ) from error
         return scaling
 
@@ -202,7 +196,7 @@ class Scaling:
         try:
             text = read_text(path)
         except ValueError as error:
-            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+            raise ValueError(f"a scaling must be a {FORMAT} file; received {path} ({error})") from error
         return cls.from_json(text, source=path)
 
 
@@ -215,24 +209,19 @@ def _finite(values: Any, size: int | None = None) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _require_channels(channels: np.ndarray, features: str) -> tuple[str, ...]:
+def _transformed(channels: np.ndarray, features: str) -> np.ndarray:
+    """Return channels of shape `(..., steps, channels)` before they are standardised, float64."""
+    from surrogate.data.physics import transformed  # compiled, so imported by the first call
+
     names = channel_names(features)
     if channels.shape[-1] != len(names):
         raise ValueError(
-            f"Expected {len(names)} channels ({', '.join(names)}) for feature set {features}. "
-            f"Received: channels of shape {channels.shape}"
+            f"channels must be {len(names)} ({', '.join(names)}) for feature set {features}; "
+            f"received an array of shape {channels.shape}"
         )
-    return names
-
-
-def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
-    names = _require_channels(channels, features)
-    transformed = np.array(channels, dtype=np.float64)
-    passes = [SYMLOG_PASSES[name] for name in names]
-    for done in range(max(passes)):
-        chosen = [number for number, count in enumerate(passes) if count > done]
-        transformed[..., chosen] = symlog(transformed[..., chosen])
-    return transformed
+    passes = np.array([SYMLOG_PASSES[name] for name in names])
+    values: np.ndarray = transformed(channels.reshape(-1, len(names)), passes)
+    return values.reshape(channels.shape)
 
 
 def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -85,7 +85,7 @@ def file_content(
     if scaling.features in NEEDS_MATERIAL:
         if scaling.modulus_ratio is None:
             raise ValueError(
-                f"Expected a training set of one known modulus ratio for features {scaling.features}. Received: none"
+                f"modulus_ratio of the training set must be known for features {scaling.features}; received none"
             )
         graph.initializers[RATIO] = np.array([scaling.modulus_ratio])
     sequence = scaled_channels(graph, scaling)

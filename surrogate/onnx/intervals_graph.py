@@ -37,7 +37,7 @@ def banded_content(model: Surrogate) -> bytes:
         ValueError: the model has no bands.
     """
     if model.bands is None:
-        raise ValueError(f"Expected a model with bands, fast or accurate. Received: {model.name}")
+        raise ValueError(f"the model must have bands, as fast and accurate; received {model.name}")
     network = onnx.load_model_from_string(model.network.content()).graph
     inner, graph, steps = onnx.compose.add_prefix_graph(network, "network/"), OnnxGraph(), ["batch", sum(model.counts)]
     scaled_channels(graph, model.scaling, with_tabor=True).to("Transpose", perm=[1, 0, 2], output="network/inputs")

@@ -49,12 +49,12 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
         package = type(layers.get(name)).__module__.partition(".")[0]
         if layer_class not in _LAYERS or package not in ("keras", "surrogate"):
             raise NotExportableError(
-                f"Expected layers of the kinds {', '.join(_LAYERS)}. Received: {layer_class} {name!r}"
+                f"layers must be of the kinds {', '.join(_LAYERS)}; received {layer_class} {name!r}"
             )
         arguments, options = nodes[0]["args"], nodes[0]["kwargs"].values()
         if len(nodes) != 1 or any(options) or any(value and not _sources([value]) for value in arguments):
             raise NotExportableError(
-                f"Expected every layer called once, on its inputs in their order. Received: {layer_class} {name!r}, "
+                f"layers must be called once, on their inputs in their order; received {layer_class} {name!r}, "
                 f"called {f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs or options'}"
             )
         layer_input = layers[name].input
@@ -63,10 +63,10 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
             and len((layer_input[0] if isinstance(layer_input, list | tuple) else layer_input).shape) != 3
         ):
             raise NotExportableError(
-                f"Expected {layer_class} on a sequence. Received: layer {name!r} on the Tabor parameter"
+                f"{layer_class} must be on a sequence; received layer {name!r} on the Tabor parameter"
             )
         if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
-            raise ValueError(f"Expected finite weights. Received: NaN or infinity in {bad[0]} of {model.name}")
+            raise ValueError(f"weights must be finite; received NaN or infinity in {bad[0]} of {model.name}")
         inputs = [results[source] for source in _sources(arguments)]
         appended = tabor is None and layer_class == "AppendTabor" and inputs[0] == sequence
         results[name] = sequence if appended else _LAYERS[layer_class](layers[name], *inputs)
@@ -74,7 +74,7 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
 
 
 def _unsupported(expected: str, layer: Any, received: str = "") -> NotExportableError:
-    return NotExportableError(f"Expected {expected}. Received: {received}layer {layer.name!r}")
+    return NotExportableError(f"layer {layer.name!r} must be {expected}; received {received or 'another'}")
 
 
 def _sources(arguments: Any) -> list[str]:
@@ -107,7 +107,7 @@ def _bias(layer: Any, size: int) -> np.ndarray:
 def _dense(layer: Any, source: Value) -> Value:
     activation, kernel = _activation(layer.activation), _array(layer.kernel)
     if activation not in ("linear", "relu", "gelu", "softmax"):
-        raise _unsupported("a linear, relu, gelu or softmax activation", layer, f"{activation} in ")
+        raise _unsupported("a linear, relu, gelu or softmax activation", layer, activation)
     result = _affine(source, layer.path, kernel, _bias(layer, kernel.shape[-1]))
     if activation == "relu":
         return result.to("Relu")
@@ -160,7 +160,7 @@ def _append(_: Any, sequence: Value, tabor: Value) -> Value:
 def _add(layer: Any, *inputs: Value) -> Value:
     shapes = [tuple(tensor.shape) for tensor in layer.input]
     if len(shapes) != 2 or shapes[0] != shapes[1]:
-        raise _unsupported("a sum of two of one shape", layer, f"{shapes} in ")
+        raise _unsupported("a sum of two of one shape", layer, str(shapes))
     return inputs[0] + inputs[1]
 
 

@@ -72,8 +72,7 @@ def fit(
     progress = resumed(folder, facts)
     if progress.epoch > recipe.epochs:
         raise ValueError(
-            f"Expected at least {progress.epoch} epochs, which {folder} has already trained. "
-            f"Received: epochs={recipe.epochs}"
+            f"epochs must be at least {progress.epoch}, which {folder} has already trained; received {recipe.epochs}"
         )
 
     def keep() -> bool:

@@ -141,7 +141,7 @@ class Run:
         for name, label in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
             expected, received = getattr(self.dataset, name), getattr(self.extra, name)
             if received != expected:
-                raise ValueError(f"Expected an extra data set with the {label} {expected}. Received: {received}")
+                raise ValueError(f"the extra data set must have the {label} {expected}; received {received}")
 
     @property
     def name(self) -> str:
@@ -197,7 +197,7 @@ def read_identity(folder: Path) -> TrainingIdentity:
         ValueError: a file is damaged, or does not say how the model was trained.
     """
     if not (folder / "run.json").is_file():
-        raise FileNotFoundError(f"Expected a model directory with run.json. Received: {folder} without it")
+        raise FileNotFoundError(f"a model directory must have run.json; received {folder} without it")
     try:
         run = read_json(folder / "run.json")
         return TrainingIdentity(
@@ -211,7 +211,7 @@ def read_identity(folder: Path) -> TrainingIdentity:
             split=Split.of(folder),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"Expected a model directory that says how it was trained. Received: {folder}") from error
+        raise ValueError(f"a model directory must say how it was trained; received {folder}") from error
 
 
 def differences(

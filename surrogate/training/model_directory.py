@@ -37,7 +37,7 @@ def model_name(name: str, noun: str = "a name to publish under") -> str:
         ValueError: the name is not plain, is that of the file that stops trainings, or ends in `.onnx`.
     """
     if plain_name(name, noun).upper() == STOP_FILE or name.lower().endswith(".onnx"):
-        raise ValueError(f"Expected {noun} other than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
+        raise ValueError(f"{noun} must be another than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
     return name
 
 
@@ -52,34 +52,34 @@ def require_place(destination: Path) -> None:
     while not parent.exists():
         parent = parent.parent
     if not os.access(parent, os.W_OK | os.X_OK):
-        raise ValueError(f"Expected a place for the model that can be written. Received: {destination}, in {parent}")
+        raise ValueError(
+            f"the folder of the model must be one that can be written; received {destination}, in {parent}"
+        )
     if not os.path.lexists(destination):
         return
     if not destination.is_dir():
-        raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
+        raise ValueError(f"the model's path must be a new path or a model directory; received {destination}, a file")
     foreign = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or not path.is_file())
     if foreign or not (destination / "run.json").is_file():
         holds = f"which holds {reprlib.repr(foreign[0])}" if foreign else "which has no run.json"
         raise ValueError(
-            f"Expected a new path for the model, or a model directory; move the folder away, or choose another name "
-            f"with --label. Received: {destination}, {holds}"
+            f"the model's path must be a new path or a model directory: move the folder away, or choose another name "
+            f"with --label; received {destination}, {holds}"
         )
 
 
-def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
+def publish(folder: Path, destination: Path) -> None:
     """Copy the model directory of a finished run to where `surrogate.load` finds it, completely or not at all.
 
     Args:
         folder: Directory of the run.
-        destination: Path of the published model directory. If it is a symbolic link, its target is written.
-        replace: Whether to replace a model that is published there.
+        destination: Path of the published model directory, new or that of a model that is replaced. If it is a symbolic
+            link, its target is written.
 
     Raises:
-        ValueError: a model is published there and `replace` is false, or the path holds something else.
+        ValueError: the path holds something else than a model.
     """
     require_place(destination)
-    if destination.exists() and not replace:
-        raise ValueError(f"Expected --replace, because {destination} is already published. Received: no --replace")
     target = Path(os.path.realpath(destination))
     target.parent.mkdir(parents=True, exist_ok=True)
     # A hidden name, which `surrogate list` ignores.

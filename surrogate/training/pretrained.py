@@ -20,37 +20,38 @@ import shlex
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import keras
 import numpy as np
-import onnx
-from keras import layers
-from onnx import numpy_helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import PAPER_RANGES
-from bem.dataset.physical_steps import BEFORE_CROSSING
-from surrogate.architectures.common import inputs, readout
-from surrogate.architectures.layers import AppendTabor, ChosenSteps
 from surrogate.backend import versions
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.examples import Part, joined_examples, physical_channels, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
-from surrogate.files import PUBLISHED_BANDED, read_intact, read_run, write_run
+from surrogate.files import PUBLISHED_BANDED, read_run, write_run
 from surrogate.intervals import KNOWN, Bands, result_errors, results
 from surrogate.loading import load_banded
 from surrogate.networks import OnnxNetwork
 from surrogate.onnx.export import network_content
 from surrogate.onnx.file import ONNX_NAME, sha256
 from surrogate.training.fitting import fit, started
+from surrogate.training.pretrained_networks import (
+    FEATURES,
+    NETWORKS,
+    Layers,
+    Member,
+    members_of,
+    network,
+    telling_steps,
+)
 from surrogate.training.recipe import Cosine, Recipe
-from surrogate.training.run_folder import Report, locked, print_epoch
+from surrogate.training.run_folder import Progress, Report, locked, print_epoch
 
-FEATURES = "F"
-Member = tuple[keras.Model, dict[str, Any]]
-"""A network, and what `run.json` says of it."""
 RUN_FORMAT = "viscoelastic-contact-pretrained"
 RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
 """Of the design, which its trajectories fill."""
@@ -60,12 +61,6 @@ SCALED = 60_000
 """Trajectories in the box from which the scaling of a new model is computed."""
 HELD_OUT = (8_000, 14_016)
 """How many of the last trajectories in the box choose the epoch, and how many calibrate the bands."""
-Layers = tuple[str, tuple[int, ...]]
-"""Kind and units of the layers of a network; `"dense"` ones see the whole history at once."""
-_DENSE: Layers = ("dense", (256, 256, 256))
-_LSTM: Layers = ("LSTM", (128, 64))
-NETWORKS: dict[str, tuple[Layers, ...]] = {"fast": (_DENSE,), "accurate": (_LSTM, _LSTM, *[_DENSE] * 4)}
-"""The networks whose mean a model is."""
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
@@ -100,7 +95,7 @@ class Data:
         for dataset in vars(self).values():
             if dataset.steps != "physical" or "modulus_ratio" not in dataset.protocols:
                 raise ValueError(
-                    "Expected data sets of physical steps and a range of modulus ratios. Received: another one"
+                    "data sets must be of physical steps and a range of modulus ratios; received another one"
                 )
 
     @property
@@ -116,7 +111,7 @@ class Data:
         """
         rows, (chosen, calibrated) = self.box.completed, held_out
         if len(rows) <= chosen + calibrated:
-            raise ValueError(f"Expected a box of more than {chosen + calibrated} trajectories. Received: {len(rows)}")
+            raise ValueError(f"the box must hold more than {chosen + calibrated} trajectories; received {len(rows)}")
         train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
         edges = self.edges.completed
         return (
@@ -125,48 +120,6 @@ class Data:
             [(self.edges, edges[:FITTED]), (self.box, calibrate)]
             + [(data, data.completed) for data in (self.corners, self.elastic)],
         )
-
-
-def network(layer: str, units: Sequence[int], counts: tuple[int, int, int]) -> keras.Model:
-    """Build an untrained network.
-
-    Args:
-        layer: `"dense"` for dense layers on the steps that tell a history of its protocol, `"LSTM"` for LSTMs and the
-            readout that all models share.
-        units: Of each layer.
-        counts: Points of loading, dwell and unloading.
-    """
-    sequence, tabor = inputs(FEATURES)
-    hidden = AppendTabor(name="append_tabor")(sequence, tabor)
-    if layer == "LSTM":
-        for number, size in enumerate(units, 1):
-            hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
-        return keras.Model([sequence, tabor], readout(hidden))
-    hidden = ChosenSteps(telling_steps(counts), name="chosen_steps")(hidden)
-    for number, size in enumerate(units, 1):
-        hidden = layers.Dense(size, activation="gelu", name=f"dense_{number}")(hidden)
-    force = layers.Dense(sum(counts), name="forces")(hidden)
-    return keras.Model([sequence, tabor], layers.Reshape((sum(counts), 1), name="steps")(force))
-
-
-def telling_steps(counts: Sequence[int]) -> list[int]:
-    """Steps that tell a history of its protocol, which networks of dense layers read.
-
-    They are those in the middle and at the end of loading and dwell, and four of the unloading, the last one included.
-
-    Args:
-        counts: Points of loading, dwell and unloading.
-
-    Returns:
-        Their eight indices.
-    """
-    loading, dwell, unloading = counts
-    held = loading + dwell
-    before = round(BEFORE_CROSSING * unloading)
-    return [
-        *(loading // 2 - 1, loading - 1, loading + dwell // 2 - 1, held - 1),
-        *(held + before // 2 - 1, held + before - 1, held + before + unloading // 4, held + unloading - 1),
-    ]
 
 
 def train_model(
@@ -193,85 +146,115 @@ def train_model(
         ValueError: the networks of `start` are others, or a kind has no recipe and there is no `start`.
     """
     training, choosing, calibrating = data.divided(held_out)
-    counts = data.box.points_per_phase
-    if start is None:
-        rows = training[0][1][:SCALED]
-        scaling = Scaling.fit(
-            physical_channels(data.box, rows, FEATURES),
-            tabor=data.box.protocols["tabor"][rows],
-            force=data.box.force[rows],
-            features=FEATURES,
-            protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
-            dataset_sha256=data.sha256,
-        )
-    else:
-        scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
-    begin = [] if start is None else members_of(start)
-    members: list[Member] = []
-    theirs = [(record["layers"], tuple(record["units"])) for _, record in begin[: len(networks)]]
+    begin = members_of(start)[: len(networks)] if start else []
+    theirs = [(record["layers"], tuple(record["units"])) for _, record in begin]
     if theirs != list(networks) and (start or any(layer not in recipes for layer, _ in networks)):
-        raise ValueError(f"Expected a start of the networks {list(networks)}. Received: {theirs or 'none'}")
-    path = start or folder
+        raise ValueError(f"--start must hold the networks {list(networks)}; received {theirs or 'none'}")
+    scaling = _scaling(data, training[0][1], start)
     with locked(folder):
         choose = joined_examples(choosing, scaling)
         examples = joined_examples(training, scaling) if recipes else choose
+        members: list[Member] = []
         for number, (layer, units) in enumerate(networks):
-            if layer not in recipes:
+            if layer in recipes:
+                recipe = replace(recipes[layer], seed=recipes[layer].seed + number)
+                facts = {"units": list(units), "dataset": data.sha256, "recipe": recipes[layer].as_dict()}
+                facts |= {"published": sha256(start / ONNX_NAME)} if start else {}
+                model = started(partial(network, layer, units, data.box.points_per_phase), recipe.seed)
+                if start:
+                    model.set_weights(begin[number][0].get_weights())
+                progress = fit(model, examples, choose, recipe, folder / f"{number}", facts=facts, report=report)
+                members.append(_member(model, layer, units, recipe, progress, data, start, command))
+            else:
                 members.append(begin[number])
-                continue
-            recipe = replace(recipes[layer], seed=recipes[layer].seed + number)
-            facts = {"units": list(units), "dataset": data.sha256, "recipe": recipes[layer].as_dict()}
-            facts |= {"published": sha256(start / ONNX_NAME)} if start else {}
-            model, path = (
-                started(lambda layout=(layer, units): network(*layout, counts), recipe.seed),
-                folder / f"{number}",
-            )
-            if start:
-                model.set_weights(begin[number][0].get_weights())
-            progress = fit(model, examples, choose, recipe, path, facts=facts, report=report)
-            record = {
-                "layers": layer,
-                "units": list(units),
-                "recipe": recipe.as_dict(),
-                "best_epoch": progress.best_epoch,
-                "validation_mse": progress.best_mse,
-                "cpu_seconds": progress.spent("cpu_seconds"),
-                "command": command,
-                "start_sha256": sha256(start / ONNX_NAME) if start else None,
-                "dataset_sha256": data.sha256,
-            }
-            bare = network(layer, units, counts)
-            bare.set_weights(model.get_weights())
-            members.append((bare, record))
         target = folder / name
         target.mkdir(exist_ok=True)
-        model_bytes = network_content([member for member, _ in members], FEATURES, name)
-        (target / ONNX_NAME).write_bytes(model_bytes)
-        scaling.save(target / "scaling.json")
-        shutil.copyfile(path / "history.csv", target / "history.csv")
-        mean = OnnxNetwork(model_bytes, scaling, name)
+        trained = [number for number, (layer, _) in enumerate(networks) if layer in recipes]
+        last = folder / f"{trained[-1]}" if trained else start
+        shutil.copyfile(last / "history.csv", target / "history.csv")
+        mean = _write_network(target, members, scaling)
         residual = mean.scaled(choose.sequence, choose.tabor) - choose.force[..., 0]
-        run = {
-            "format": RUN_FORMAT,
-            "format_version": 1,
-            "name": name,
-            "features": FEATURES,
-            "members": [record for _, record in members],
-            "parameters": sum(member.count_params() for member, _ in members),
-            "counts": list(counts),
+        counted = {
             "training_trajectories": sum(len(rows) for _, rows in training),
             "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
-            "validation_mse": float(np.mean(residual**2)),
-            "backend": keras.backend.backend(),
-            "versions": versions(),
-            "command": command,
         }
-        if all(layer == "dense" for layer, _ in networks):
-            run["steps"] = telling_steps(counts)
+        run = _run(name, members, data, counted, float(np.mean(residual**2)), command)
         calibration = judged(mean, calibrating)
         _write_bands(target, Bands.calibrate(scaling.ranges, *calibration, len(calibrating[0][1])))
         write_run(target, run)
     return target
+
+
+def _scaling(data: Data, rows: np.ndarray, start: Path | None) -> Scaling:
+    """Return the scaling of a published model, or that of the first trajectories in the box."""
+    if start:
+        return replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
+    rows = rows[:SCALED]
+    return Scaling.fit(
+        physical_channels(data.box, rows, FEATURES),
+        tabor=data.box.protocols["tabor"][rows],
+        force=data.box.force[rows],
+        features=FEATURES,
+        protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
+        dataset_sha256=data.sha256,
+    )
+
+
+def _member(
+    model: keras.Model,
+    layer: str,
+    units: Sequence[int],
+    recipe: Recipe,
+    progress: Progress,
+    data: Data,
+    start: Path | None,
+    command: str,
+) -> Member:
+    """Return a trained network without its optimizer, and its record."""
+    bare = network(layer, units, data.box.points_per_phase)
+    bare.set_weights(model.get_weights())
+    return bare, {
+        "layers": layer,
+        "units": list(units),
+        "recipe": recipe.as_dict(),
+        "best_epoch": progress.best_epoch,
+        "validation_mse": progress.best_mse,
+        "cpu_seconds": progress.spent("cpu_seconds"),
+        "command": command,
+        "start_sha256": sha256(start / ONNX_NAME) if start else None,
+        "dataset_sha256": data.sha256,
+    }
+
+
+def _write_network(target: Path, members: list[Member], scaling: Scaling) -> OnnxNetwork:
+    """Write the mean of the networks with its scaling, and return it."""
+    model_bytes = network_content([member for member, _ in members], FEATURES, target.name)
+    (target / ONNX_NAME).write_bytes(model_bytes)
+    scaling.save(target / "scaling.json")
+    return OnnxNetwork(model_bytes, scaling, target.name)
+
+
+def _run(
+    name: str, members: list[Member], data: Data, counted: dict[str, int], validation_mse: float, command: str
+) -> dict[str, Any]:
+    """Return the content of `run.json`."""
+    counts = data.box.points_per_phase
+    run = {
+        "format": RUN_FORMAT,
+        "format_version": 1,
+        "name": name,
+        "features": FEATURES,
+        "members": [record for _, record in members],
+        "parameters": sum(member.count_params() for member, _ in members),
+        "counts": list(counts),
+        **counted,
+        "validation_mse": validation_mse,
+        "backend": keras.backend.backend(),
+        "versions": versions(),
+        "command": command,
+    }
+    alone = all(record["layers"] == "dense" for _, record in members)
+    return run | ({"steps": telling_steps(counts)} if alone else {})
 
 
 def calibrate_published(folder: Path, dataset: TrajectoryDataset) -> None:
@@ -301,28 +284,6 @@ def judged(trained: OnnxNetwork, parts: list[Part]) -> tuple[np.ndarray, np.ndar
 def _write_bands(folder: Path, bands: Bands) -> None:
     with whole_file(folder / "bands.npz") as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **bands.as_arrays())
-
-
-def members_of(folder: Path) -> list[Member]:
-    """Return the networks whose mean a published model is, each with its record in `run.json`."""
-    run, _ = read_run(folder)
-    graph = onnx.load_from_string(read_intact(folder / ONNX_NAME, run)).graph
-    arrays = [numpy_helper.to_array(initializer) for initializer in graph.initializer]
-    arrays, weights, members = [array for array in arrays if array.dtype == np.float32 and array.ndim], [], []
-    while arrays:
-        if arrays[0].ndim == 3:  # an LSTM
-            (kernel,), (recurrent,), (bias,) = arrays[:3]
-            units, arrays = recurrent.shape[1], arrays[3:]
-            order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c
-            weights += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
-        else:
-            weights.append(arrays.pop(0))
-    for record in run["members"]:
-        model = network(record["layers"], record["units"], tuple(run["counts"]))
-        own, weights = weights[: len(model.weights)], weights[len(model.weights) :]
-        model.set_weights(own)
-        members.append((model, record))
-    return members
 
 
 def main() -> None:

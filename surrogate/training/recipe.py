@@ -126,7 +126,7 @@ class Recipe(_Checked):
         super().__post_init__()
         instance("name", self.name, (str,))
         if self.cosine and self.plateau:
-            raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
+            raise ValueError("[cosine] and [plateau] must not stand together; received both")
 
     @classmethod
     def load(cls, source: str | Path) -> Recipe:
@@ -140,11 +140,11 @@ class Recipe(_Checked):
         packaged = {file.name.removesuffix(".toml"): file for file in folder.iterdir() if file.name.endswith(".toml")}
         file = packaged.get(str(source), Path(source))
         if not file.is_file():
-            raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
+            raise FileNotFoundError(f"recipe must be {', '.join(sorted(packaged))} or a file; received {source}")
         try:
             table = read_toml(file)
         except ValueError as error:
-            raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
+            raise ValueError(f"a training recipe must be TOML; received {source} ({error})") from error
         for key, schedule in (("cosine", Cosine), ("plateau", Plateau)):
             if key in table:
                 table[key] = _made(schedule, table[key], f"the table [{key}]", source)
@@ -171,7 +171,7 @@ def _made(cls: type, table: Any, noun: str, source: str | Path) -> Any:
         ValueError: a key is missing or unknown, or a value is not allowed; the message says what is.
     """
     if not isinstance(table, dict):
-        raise ValueError(f"Expected {noun}. Received: {shown(table)} in {source}")
+        raise ValueError(f"{noun} must be a table; received {shown(table)} in {source}")
     keys = {field.name: field.default is MISSING for field in fields(cls)}
     wrong = {
         "without": [key for key, needed in keys.items() if needed and key not in table],
@@ -180,7 +180,7 @@ def _made(cls: type, table: Any, noun: str, source: str | Path) -> Any:
     if any(wrong.values()):
         allowed = ", ".join(key if needed else f"optionally {key}" for key, needed in keys.items())
         received = " and ".join(f"{word} {shortened(', '.join(names))}" for word, names in wrong.items() if names)
-        raise ValueError(f"Expected {allowed} in {noun}. Received: {source} {received}")
+        raise ValueError(f"{noun} must have {allowed}; received {source} {received}")
     try:
         return cls(**table)
     except ValueError as error:

@@ -100,8 +100,8 @@ def locked(folder: Path) -> Iterator[None]:
         lock = FileLock(folder / "lock", timeout=0).acquire()
     except Timeout:
         raise ValueError(
-            f"Expected a training folder that nobody uses; wait for the other training or end it, or choose another "
-            f"folder with --runs. Received: {folder}, where another process is training"
+            f"the folder of a training must be free: wait for the other training or end it, or choose another "
+            f"folder with --runs; received {folder}, where another process is training"
         ) from None
     with lock:  # outside the `try`, so that a lock that times out during the training is not taken for this one
         yield
@@ -154,8 +154,8 @@ def resumed(folder: Path, facts: Mapping[str, Any]) -> Progress:
     progress, trained, (*sums, best_sum) = stored
     if differing := facts_that_differ(trained, facts):
         raise ValueError(
-            f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the "
-            f"training another name. Received: a checkpoint of another {', '.join(differing)}"
+            f"the checkpoint in {folder} must be of the same training: remove it to start again, or give the "
+            f"training another name; received a checkpoint of another {', '.join(differing)}"
         )
     backup = [folder / name for name in BACKUP]
     older = [path.with_name(f"{path.name}.bkp") for path in backup]
@@ -181,6 +181,6 @@ def _sum_of(path: Path) -> str:
 
 def _damage(path: Path, folder: Path) -> ValueError:
     return ValueError(
-        f"Expected what the training saved; restore the file, or remove {folder} to train from the start. "
-        f"Received: {path}, which is damaged"
+        f"files of a training must be as it saved them: restore the file, or remove {folder} to train from the start; "
+        f"received {path}, which is damaged"
     )

@@ -1,4 +1,4 @@
-"""One training run, from the data set to the model directory (`surrogate.training.model_directory`), and its errors.
+"""One training run, from the data set to the model directory (`surrogate.training.model_directory`).
 
 Also the ONNX file of a model directory, from its weights and scaling.
 """
@@ -22,17 +22,16 @@ from surrogate.architectures import build
 from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import REGISTERED, source_of
 from surrogate.backend import versions
-from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.examples import joined_examples, physical_channels, scaled_examples
+from surrogate.data.examples import Examples, physical_channels, scaled_examples
 from surrogate.data.features import edge_from_counts
-from surrogate.data.metrics import summary, trajectory_errors
+from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
 from surrogate.files import read_run, weights_sha256, write_run
-from surrogate.model import Surrogate
 from surrogate.networks import KerasNetwork, OnnxNetwork, keras_network
 from surrogate.onnx.export import file_content
 from surrogate.onnx.file import ONNX_NAME
 from surrogate.onnx.keras_layers import NotExportableError
+from surrogate.training.evaluation import evaluate, write_errors
 from surrogate.training.fitting import fit, started
 from surrogate.training.identity import Run
 from surrogate.training.run_folder import Progress, Report, locked
@@ -42,21 +41,25 @@ AGREEMENT = 1e-3
 """Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
 
 
-def fit_scaling(run: Run) -> Scaling:
-    """Return the scaling: the statistics of the run's training set, with the trajectories of the extra data set."""
+def training_examples(run: Run) -> tuple[Scaling, Examples]:
+    """Return the scaling of a run, the statistics of its training set, and that set, scaled by it."""
     parts = run.training
     protocols = [dataset.protocols_of(rows) for dataset, rows in parts]
     ranges = {name: np.concatenate([table[name] for table in protocols]) for name in protocols[0]}
+    tabor = ranges["tabor"]
     if run.dataset.modulus_ratio is not None:
         ranges["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
-    return Scaling.fit(
-        np.concatenate([physical_channels(dataset, rows, run.features) for dataset, rows in parts]),
-        tabor=ranges["tabor"],
-        force=np.concatenate([dataset.force[rows] for dataset, rows in parts]),
+    channels = np.concatenate([physical_channels(dataset, rows, run.features) for dataset, rows in parts])
+    force = np.concatenate([dataset.force[rows] for dataset, rows in parts])
+    scaling = Scaling.fit(
+        channels,
+        tabor=tabor,
+        force=force,
         features=run.features,
         protocols=ranges,
         dataset_sha256=run.dataset.sha256,
     )
+    return scaling, Examples.scaled(channels, tabor, force, scaling)
 
 
 def execute(
@@ -87,8 +90,7 @@ def execute(
         FloatingPointError: the validation error is not finite.
     """
     model = started(lambda: build(run.architecture, features=run.features), run.recipe.seed)
-    scaling = fit_scaling(run)
-    training = joined_examples(run.training, scaling)
+    scaling, training = training_examples(run)
     validation = scaled_examples(run.dataset, run.split.validation, scaling)
     facts = replace(run.identity, backend=keras.backend.backend()).fingerprint
     with locked(folder):
@@ -176,62 +178,7 @@ def folder_content(folder: Path) -> bytes:
         differences = np.abs(predicted - expected).max(axis=1) / np.ptp(expected, axis=1)
         if not differences.max() <= AGREEMENT:
             raise NotExportableError(
-                f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one "
-                f"that differs by {differences.max():.1e}, because a layer computes something else than its class says"
+                f"the ONNX file must agree with Keras to {AGREEMENT:g} of the force's range; received one that differs "
+                f"by {differences.max():.1e}, because a layer computes something else than its class says"
             )
     return model_bytes
-
-
-def evaluate(network: KerasNetwork, dataset: TrajectoryDataset, indices: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the errors of a model on the trajectories `indices`, by name, each of shape `(batch,)`.
-
-    The names are those of `surrogate.data.metrics.trajectory_errors`.
-    """
-    times, indentations = dataset.grid(indices)
-    loading, dwell, _ = dataset.points_per_phase
-    scaling = network.scaling
-    # The errors are those of the network's output, before it is rounded to physical forces.
-    examples = scaled_examples(dataset, indices, scaling)
-    parts = np.array_split(np.arange(len(indices)), -(-len(indices) // network.batch))
-    scaled = [network.scaled(examples.sequence[rows], examples.tabor[rows]) for rows in parts]
-    predicted = np.concatenate(scaled).astype(np.float64)
-    return trajectory_errors(
-        scaling.unscale_force(predicted),
-        dataset.force[indices],
-        predicted_scaled=predicted,
-        reference_scaled=scaling.scale_force(dataset.force[indices]),
-        times=times,
-        indentations=indentations,
-        unloading_from=loading + dwell - 1,
-        native_pull_off_force=dataset.scalars["pull_off_force"][indices],
-    )
-
-
-def evaluate_published(
-    trained: Surrogate, folder: Path, dataset_path: Path
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the test set of a model, loaded with `backend="keras"` from a directory, and its errors there.
-
-    Returns:
-        Indices, shape `(n_test,)`, and the errors of `evaluate`.
-
-    Raises:
-        FileNotFoundError: the data set file or the split does not exist.
-        ValueError: the data set is not that of the training, or lacks completed trajectories of the test set.
-    """
-    dataset = TrajectoryDataset.load(dataset_path)
-    if dataset.sha256 != trained.scaling.dataset_sha256:
-        raise ValueError(
-            f"Expected the data set {trained.scaling.dataset_sha256[:12]}, on which {trained.name} was trained. "
-            f"Received: {dataset_path} ({dataset.sha256[:12]})"
-        )
-    indices = Split.of(folder).test
-    if not np.isin(indices, dataset.completed).all():
-        raise ValueError(f"Expected a test set of completed trajectories of {dataset_path}. Received: that of {folder}")
-    return indices, evaluate(trained.network, dataset, indices)
-
-
-def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
-    """Write errors as CSV: one row per trajectory, with its index in the data set and each error."""
-    header, rows = ",".join(["trajectory", *errors]), np.column_stack([indices, *errors.values()])
-    np.savetxt(path, rows, ["%d", *["%.7g"] * len(errors)], delimiter=",", header=header, comments="")

@@ -9,9 +9,9 @@ from surrogate.backend import limit_threads, silent_stderr, versions
 
 
 def test_threads_are_limited_before_keras_is_imported(monkeypatch):
-    with pytest.raises(ValueError, match="threads=0"):
+    with pytest.raises(ValueError, match="threads must be at least 1; received 0"):
         limit_threads(0)
-    with pytest.raises(RuntimeError, match="before Keras"):
+    with pytest.raises(RuntimeError, match="before Keras is imported"):
         limit_threads(1)
     monkeypatch.setattr("surrogate.backend.sys.modules", {})
     monkeypatch.setattr("surrogate.backend.os.environ", environment := {"XLA_FLAGS": "--kept"})

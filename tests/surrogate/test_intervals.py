@@ -5,6 +5,7 @@ import random
 import shutil
 import warnings
 
+import crepes
 import numpy as np
 import pytest
 
@@ -26,6 +27,7 @@ from surrogate.intervals import (
     RESULTS,
     UNSEEN,
     Bands,
+    _judged,
     _placed,
     _quantiles,
     result_errors,
@@ -64,9 +66,7 @@ def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
 @pytest.mark.parametrize("count", [20, 120])
 def test_a_history_of_another_number_of_points_is_refused(banded, count):
     times = np.linspace(0.0, 1.0, count)
-    with pytest.raises(
-        ValueError, match=rf"Expected histories at the 102 steps .* fast knows. Received: {count} points"
-    ):
+    with pytest.raises(ValueError, match=rf"histories must have the 102 steps .* fast knows; received {count} points"):
         banded.predict_history(times, 1.0 - abs(times - 0.5), SCENE)
 
 
@@ -215,15 +215,15 @@ def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"scene": [SCENE] * 3}, "Expected one scene, or one for each of 2 histories. Received: 3"),
-        ({"scene": 1.0}, r"Expected a bem\.Scene. Received: 1\.0"),
-        ({"scene": [SCENE, None]}, "Received: None as scene 1"),
+        ({"scene": [SCENE] * 3}, "scene must be one, or one for each of 2 histories; received 3"),
+        ({"scene": 1.0}, r"scene must be a bem\.Scene; received 1\.0"),
+        ({"scene": [SCENE, None]}, "received None as scene 1"),
         ({"scene": Scene(1.0, SCENE.material, HardContact())}, "a paraboloid and no spring.*HardContact"),
-        ({"scene": Scene(1.0, SCENE.material, spring=1.0)}, "Received: a spring; the solver knows it"),
-        ({"scene": Scene(1.0, PronySeries([0.5], times=[1.0]))}, "Expected a standard linear solid"),
+        ({"scene": Scene(1.0, SCENE.material, spring=1.0)}, "the solver knows others .*received a spring"),
+        ({"scene": Scene(1.0, PronySeries([0.5], times=[1.0]))}, "material must be a standard linear solid"),
         ({"coverage": 1.0}, "coverage must be"),
-        ({"protocol": [3, LOADING]}, "Expected LoadingProtocols; `predict_history` takes other histories. Received: 3"),
-        ({"protocol": None}, "Expected LoadingProtocols"),
+        ({"protocol": [3, LOADING]}, "protocol must be a LoadingProtocol .*; received 3"),
+        ({"protocol": None}, "protocol must be a LoadingProtocol"),
         ({"protocol": [protocol(peak_indentation=-0.5)]}, "must lie above 0"),
     ],
 )
@@ -235,9 +235,9 @@ def test_bad_input_gets_one_sentence(banded, changes, message):
 def test_load_finds_it_by_name_and_by_its_folder(untrained):
     assert surrogate.load("fast", untrained.parent).bands is not None
     assert surrogate.load(untrained).name == "fast"
-    with pytest.raises(FileNotFoundError, match=r"pretrained model accurate in .*`make pretrained` trains it"):
+    with pytest.raises(FileNotFoundError, match=r"a trained accurate must be in .*`make pretrained` trains it"):
         surrogate.load("accurate", untrained.parent)
-    with pytest.raises(ValueError, match="Expected the backend 'onnx' for fast, whose card has errors"):
+    with pytest.raises(ValueError, match="backend must be 'onnx' for fast"):
         surrogate.load("fast", untrained.parent, backend="keras")
 
 
@@ -366,6 +366,23 @@ def test_more_coverage_is_a_wider_band_and_the_whole_curve_a_wider_one():
         before = widths
 
 
+def test_half_widths_are_those_of_crepes():
+    """Another program's normalised Mondrian intervals, at the rank that two standard deviations more give."""
+    bands, (known, errors, _) = calibrated(), drawn(20_000, 0, 400)
+    known, errors = known[4000:], errors[:, 4000:]
+    sizes, _, cells = _judged(known, bands.ranges, bands.coefficients, bands.edges)
+    half, _ = bands.half_widths(known, 0.9)
+    for row, error in enumerate(errors):
+        regressor = crepes.ConformalRegressor().fit(error, sigmas=sizes[row], bins=cells[row])
+        for cell in np.unique(cells[row]):
+            chosen = np.flatnonzero(cells[row] == cell)
+            rank = np.ceil(0.9 * (chosen.size + 1) + 2.0 * np.sqrt(0.09 * chosen.size))
+            ends = regressor.predict_int(
+                np.zeros(5), sizes[row, chosen[:5]], cells[row, chosen[:5]], confidence=(rank - 0.5) / (chosen.size + 1)
+            )
+            np.testing.assert_allclose(ends[:, 1], half[row, chosen[:5]], rtol=1e-12)
+
+
 def test_few_errors_are_no_reason_for_a_narrow_band():
     # With so few errors in a group, no band short of the largest error covers 95 %.
     bands = calibrated(15 * GROUPS + 1000, fitted=1000, corners=0)
@@ -384,7 +401,7 @@ def test_what_is_stored_gives_the_same_bands():
 @pytest.mark.parametrize("name", ["ranges", "coefficients", "edges", "shape", "quantiles"])
 def test_arrays_of_another_shape_are_refused(name):
     bands = calibrated(4000, fitted=1000)
-    with pytest.raises(ValueError, match=rf"Expected {name} of shape \(.*\)\. Received: shape \(3, "):
+    with pytest.raises(ValueError, match=rf"{name} must be of shape \(.*\); received shape \(3, "):
         Bands(**vars(bands) | {name: vars(bands)[name][:3]})
 
 

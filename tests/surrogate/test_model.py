@@ -63,7 +63,7 @@ def test_edge_override(predictor, inside):
     said = predictor.extrapolated(*inside, np.roll(marks, 10, axis=1))
     assert all("loading_points = 60 lies outside" in str(one) for one in said)
     for wrong in (marks[:, 1:], 0.5 * marks, -marks, 2.0 * marks, np.nan * marks):
-        words = "edge marks of shape" if wrong.shape != marks.shape else "edge marks of zero or one"
+        words = "edge must be of shape" if wrong.shape != marks.shape else "edge must be zero or one"
         with pytest.raises(ValueError, match=words):
             predictor.predict_history(*inside, wrong)
 
@@ -100,19 +100,19 @@ def test_bad_input(predictor, inside):
     hole, backwards = indentations.copy(), times.copy()
     hole[1, 7], backwards[2, 5] = np.nan, times[2, 4]
     for arguments, words in (
-        ((times, hole, given), "finite indentations.*history 1"),
+        ((times, hole, given), "indentations must be finite.*history 1"),
         ((backwards, indentations, given), "increase strictly.*history 2"),
-        ((times, indentations[:, 1:], given), "of the same shape"),
-        ((times[0], indentations, given), "of the same shape"),
-        ((times, indentations, scenes(np.ones(5), 0.3)), r"the modulus ratio 0\.1, the only one.*modulus_ratio=0\.3"),
+        ((times, indentations[:, 1:], given), "must have the same shape"),
+        ((times[0], indentations, given), "must have the same shape"),
+        ((times, indentations, scenes(np.ones(5), 0.3)), r"modulus_ratio must be 0\.1, the only one.*received 0\.3"),
         ((times + 0j, indentations, given), "times must be real numbers"),
         ((times, (indentations + 1j).tolist(), given), "indentations must be real numbers"),
         ((times, [[1.0], [2.0, 3.0]], given), "indentations must be real numbers"),
-        ((None, indentations, given), "of the same shape"),
-        ((times * 1e-320, indentations, given), "time steps within|increase strictly"),
-        ((times * 1e-16, indentations, given), "rates within -1e"),
-        ((times * 1e30, indentations, given), "times after the first within 0 and"),
-        ((times, 1e9 * indentations, given), "indentations within -1e"),
+        ((None, indentations, given), "must have the same shape"),
+        ((times * 1e-320, indentations, given), "time steps must be from|increase strictly"),
+        ((times * 1e-16, indentations, given), "rates must be from -1e"),
+        ((times * 1e30, indentations, given), "times after the first must be from 0 to"),
+        ((times, 1e9 * indentations, given), "indentations must be from -1e"),
         (((times - 1e18)[:, :3], indentations[:, :3], given), "increase strictly"),
     ):
         with pytest.raises(ValueError, match=words):

@@ -65,7 +65,7 @@ def forget():
 
 
 def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, monkeypatch):
-    assert "Unknown model name" in own("train", "Own-1-concat", fails=True)
+    assert "name must be one of" in own("train", "Own-1-concat", fails=True)
     assert "published in" in own("train", "Own-1-concat", "--architecture", "own.py")
     described = json.loads((tmp_path / "models/Own-1-concat/run.json").read_text())
     digest = hashlib.sha256(OWN.encode()).hexdigest()
@@ -74,7 +74,9 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
 
     forget()
     assert not sys.modules.keys() & {"own"}
-    wanted = f"Expected own.py ({digest[:12]}), which built Own-1-concat, by --architecture or an import. Received: no "
+    wanted = (
+        f"own.py ({digest[:12]}), which built Own-1-concat, must be given by --architecture or an import; received no "
+    )
     assert own("evaluate", "Own-1-concat", fails=True).startswith(wanted)
     assert "hysteresis_percent" in own("evaluate", "Own-1-concat", "--architecture", "own.py")
     own("export", "Own-1-concat", "--architecture", "own.py")
@@ -83,7 +85,7 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
         dense = keras_layers._LAYERS["Dense"]
         patch.setitem(keras_layers._LAYERS, "Dense", lambda layer, source: dense(layer, source) + dense(layer, source))
         refused = own("export", "Own-1-concat", "--architecture", "own.py", fails=True)
-        assert "Expected an ONNX file that agrees with Keras to 0.001 of the force's range" in refused
+        assert "the ONNX file must agree with Keras to 0.001 of the force's range" in refused
     listed = own("list", "--architecture", "own.py")
     assert "Own-1-concat" in listed.splitlines()[2]
     protocol = ["--tabor", "1", "--peak-indentation", "20", "--loading-rate", "10", "--dwell-time", "1"]
@@ -110,11 +112,11 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     (tmp_path / "runs" / "STOP").unlink()
     (tmp_path / "own.py").write_text(narrow.replace("Dense(3", "Dense(3, activation='tanh'"))
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
-    assert "Expected a checkpoint of the same training" in refused
-    assert refused.endswith("Received: a checkpoint of another architecture file")
+    assert "must be of the same training" in refused
+    assert refused.endswith("received a checkpoint of another architecture file")
     (tmp_path / "own.py").write_text(narrow)
     own("train", "Own-1-concat", "--architecture", "own.py")
     (tmp_path / "own.py").write_text(narrow + "\n# Other words.\n")
-    assert "Received: own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
+    assert "received own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
-    assert "a model of another architecture file" in refused
+    assert "a published model of another architecture file" in refused

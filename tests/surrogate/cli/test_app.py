@@ -129,7 +129,7 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
 
     # A model trained otherwise neither takes its place nor is it trained first.
     refused = runner.invoke(cli.app, ["train", "M1-concat", *options, "--epochs", "1"])
-    assert "Expected --label with another name, or --replace" in str(refused.exception)
+    assert "out must be a path without a model (--label NAME), or replace must be true" in str(refused.exception)
     assert json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text()) == run
 
     errors = tmp_path / "errors.csv"
@@ -142,7 +142,7 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
     (tmp_path / "models" / "M2-FiLM").mkdir()
     (tmp_path / "models" / "M2-FiLM" / "metrics.json").write_bytes(b"\xff")
     listed = runner.invoke(cli.app, ["list", *options[6:]])
-    assert "metrics.json that `surrogate train` wrote" in str(listed.exception)
+    assert "metrics.json must be one that `surrogate train` wrote" in str(listed.exception)
     assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
 
 
@@ -153,7 +153,9 @@ def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])
     assert isinstance(result.exception, ValueError)
-    assert str(result.exception).startswith(f"Expected --label with {options[0]}, because published/models/M1-concat ")
+    assert str(result.exception).startswith(
+        f"--label must be given with {options[0]}, because published/models/M1-concat "
+    )
     for allowed in (["--label", "mine"], ["--models", "elsewhere"]):
         result = runner.invoke(cli.app, ["train", "M1-concat", *options, *allowed])
         # There is no data set here.

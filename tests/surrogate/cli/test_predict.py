@@ -44,7 +44,7 @@ def test_without_options_it_is_the_first_sample(program):
     assert found["check"]["pull_off_percent"] < 1.0
     code, out, err = program("predict", "fast", "--loading-rate", "3")
     assert (code, out) == (2, "")
-    assert "Received: no --peak-indentation, --dwell-time, --unloading-rate" in err
+    assert "received no --peak-indentation, --dwell-time, --unloading-rate" in err
 
 
 @pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
@@ -77,7 +77,7 @@ def test_files_in_and_out(command, published, tmp_path):
     )
     before = (tmp_path / "in.csv").read_bytes()
     code, _, error = command("predict", "M1-concat", "--in", tmp_path / "in.csv", "--out", tmp_path / "in.csv")
-    assert (code, "Expected --out to be another file than --in" in error) == (2, True)
+    assert (code, "--out must be another file than --in" in error) == (2, True)
     assert (tmp_path / "in.csv").read_bytes() == before
     for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
         assert (one["force"], one["hysteresis"], one["extrapolated"]) == (two.force.tolist(), two.hysteresis, [])
@@ -192,7 +192,7 @@ def test_a_check_against_another_material_says_so(ratio, command):
     code, out, err = command("predict", place, "--tabor", 1.0, *FLAGS, *ratio)
     assert code == (2 if other else 0)
     if other:
-        assert err.startswith("surrogate: Expected the modulus ratio 0.1 that M1-concat was trained on, or --check")
+        assert err.startswith("surrogate: --modulus-ratio must be 0.1, on which M1-concat was trained, or --check")
     else:
         assert err == ""
 

@@ -67,7 +67,8 @@ def test_no_channel_looks_ahead(features):
 
 
 @pytest.mark.parametrize(
-    ("features", "words"), [("F", "Expected tabor and modulus_ratio for feature set F"), ("Z", "features='Z'")]
+    ("features", "words"),
+    [("F", "tabor and modulus_ratio must be given for feature set F"), ("Z", "features must be .*; received 'Z'")],
 )
 def test_sets_that_cannot_be_computed(features, words):
     times, indentations = histories()

@@ -223,7 +223,7 @@ def test_more_epochs_go_on_where_nothing_is_paced_by_them(least, dataset, tmp_pa
     errors, rates = ([row[name] for row in rows] for name in ("validation_mse", "learning_rate"))
     assert rates == pytest.approx(rates_by_hand(errors, 0.01, 10.0, 1e-3), rel=1e-6)
     assert rates[-1] < rates[0]
-    with pytest.raises(ValueError, match="at least 4 epochs"):
+    with pytest.raises(ValueError, match="epochs must be at least 4"):
         execute(run, tmp_path / "run")
 
 
@@ -235,7 +235,7 @@ def test_another_training_and_damaged_files_are_refused(finished, least, dataset
         (dataclasses.replace(run, split=dataset.split(seed=1)), "split"),
         (dataclasses.replace(run, recipe=run.recipe.with_overrides(epochs=2 * EPOCHS)), "recipe"),
     ):
-        with pytest.raises(ValueError, match=rf"checkpoint of the same training.*of another {words}"):
+        with pytest.raises(ValueError, match=rf"must be of the same training.*of another {words}"):
             execute(other, place)
     shutil.rmtree(place / "model")
     for path in [path for path in place.rglob("*") if path.suffix in (".h5", ".json")]:
@@ -252,7 +252,7 @@ def test_another_training_and_damaged_files_are_refused(finished, least, dataset
 
 def test_a_folder_in_use_is_refused_and_divergence_is_reported(least, dataset, tmp_path):
     run = run_of(dataset, tmp_path, rate=1e30)
-    with locked(tmp_path / "run"), pytest.raises(ValueError, match=rf"Received: {tmp_path}/run, where another process"):
+    with locked(tmp_path / "run"), pytest.raises(ValueError, match=rf"received {tmp_path}/run, where another process"):
         execute(run, tmp_path / "run")
     with pytest.raises(FloatingPointError, match="diverged"):
         execute(run, tmp_path / "run")
@@ -264,5 +264,5 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(dataset,
     run = run_of(dataset, tmp_path, extra=dataclasses.replace(dataset, protocols=elsewhere))
     assert set(run.training[1][1]) == set(run.split.train)
     for name, value in (("modulus_ratio", 0.5), ("points_per_phase", (60, 20, 40))):
-        with pytest.raises(ValueError, match="Expected an extra data set with the"):
+        with pytest.raises(ValueError, match="the extra data set must have the"):
             run_of(dataset, tmp_path, extra=dataclasses.replace(dataset, **{name: value}))

@@ -69,7 +69,7 @@ def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, datas
     else:
         (folder / file[0]).write_text(file[1], encoding="utf-8")
     assert trained_otherwise(folder, wanted) == "which does not say how it was trained"
-    with pytest.raises((ValueError, FileNotFoundError), match="Expected a model directory "):
+    with pytest.raises((ValueError, FileNotFoundError), match="a model directory must "):
         read_identity(folder)
 
 

@@ -63,7 +63,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, runs, tm
     train(data, runs, command="some", report=seen.append)
     assert seen == []
     assert (folder / "model.onnx").read_bytes() == before
-    with pytest.raises(ValueError, match="Received: a checkpoint of another recipe"):
+    with pytest.raises(ValueError, match="received a checkpoint of another recipe"):
         train(data, runs, replace(RECIPE, epochs=2))
     pretrained.calibrate_published(folder, replace(data.elastic, protocols={**data.elastic.protocols, **ELASTIC}))
     again = load_banded(folder).bands.quantiles
@@ -98,10 +98,10 @@ def test_a_model_is_the_mean_of_its_networks(data, tmp_path):
 
 
 def test_networks_that_no_start_has_are_refused_before_anything_is_computed(data, runs, tmp_path):
-    with pytest.raises(ValueError, match=r"Expected a start of the networks \[\('dense', \(6,\)\)\]\. Received: none"):
+    with pytest.raises(ValueError, match=r"--start must hold the networks \[\('dense', \(6,\)\)\]; received none"):
         train(data, tmp_path, None)
     for networks in ((LSTM,), (("dense", (7,)),), (DENSE, DENSE)):
-        with pytest.raises(ValueError, match=r"Received: \[\('dense', \(6,\)\)\]"):
+        with pytest.raises(ValueError, match=r"received \[\('dense', \(6,\)\)\]"):
             train(data, tmp_path / "again", networks=networks, start=runs / "fast")
     assert not (tmp_path / "again").exists()
 
@@ -124,5 +124,5 @@ def test_dense_layers_get_the_steps_they_read(runs):
 def test_other_data_sets_are_refused(data, tmp_path):
     with pytest.raises(ValueError, match=r"physical steps and a range of modulus ratios"):
         replace(data, edges=replace(data.box, steps="uniform"))
-    with pytest.raises(ValueError, match=r"a box of more than 1000 trajectories. Received: 160"):
+    with pytest.raises(ValueError, match="the box must hold more than 1000 trajectories; received 160"):
         train(data, tmp_path, held_out=(500, 500))

@@ -40,21 +40,25 @@ REFUSED = [
     (WHOLE, WHOLE + 'optimizer = "sgd"', "optimizer must be adam or soap"),
     (WHOLE, WHOLE + "gradient_norm = 0.0", "gradient_norm must"),
     (WHOLE, f"{WHOLE}[plateau]\n{PACES} = 0", "stop_after must be a whole number from 1 to .*; received 0"),
-    (WHOLE, f"{WHOLE}[plateau]\n{PACES} = 1\n[cosine]", r"one of \[cosine\] and \[plateau\]"),
+    (
+        WHOLE,
+        f"{WHOLE}[plateau]\n{PACES} = 1\n[cosine]",
+        r"\[cosine\] and \[plateau\] must not stand together; received both",
+    ),
     (
         WHOLE,
         f"{WHOLE}[plateau]\npatience = 3",
-        r"Expected factor, patience, .*, optionally least_gain in the table "
-        r"\[plateau\]\. Received: .* without factor, minimum_rate, stop_after",
+        r"the table \[plateau\] must have factor, patience, .*, optionally least_gain; received .* without factor, "
+        "minimum_rate, stop_after",
     ),
-    (WHOLE, f"{WHOLE}[cosine]\nwarm = 1", r"optionally warmup_epochs in the table \[cosine\]\. .* with warm"),
-    (WHOLE, f"{WHOLE}cosine = 3", r"Expected the table \[cosine\]\. Received: 3"),
-    (WHOLE, "name = mine", r"a training recipe in TOML\. Received: .*\(Invalid value \(at line 1, column 8\)\)"),
+    (WHOLE, f"{WHOLE}[cosine]\nwarm = 1", r"the table \[cosine\] must have optionally warmup_epochs; .* with warm"),
+    (WHOLE, f"{WHOLE}cosine = 3", r"the table \[cosine\] must be a table; received 3"),
+    (WHOLE, "name = mine", r"a training recipe must be TOML; received .*\(Invalid value \(at line 1, column 8\)\)"),
     (
         WHOLE,
         'name = "mine"\npatience = 3\nspeed = 1',
-        "Expected name, seed, batch_size, epochs, learning_rate, optionally "
-        "optimizer, .*, optionally plateau in a training recipe. Received: .* without seed, batch_size, epochs, "
+        "a training recipe must have name, seed, batch_size, epochs, learning_rate, optionally "
+        "optimizer, .*, optionally plateau; received .* without seed, batch_size, epochs, "
         "learning_rate and with patience, speed",
     ),
     (WHOLE, "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE, "with key_0, .* key_9999"),
@@ -65,7 +69,7 @@ REFUSED = [
 def test_a_bad_recipe_is_one_sentence_that_names_what_is_allowed(old, new, said, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(WHOLE.replace(old, new))
-    with pytest.raises(ValueError, match=f"^(Expected .*)?{said}") as refused:
+    with pytest.raises(ValueError, match=said) as refused:
         Recipe.load(path)
     assert str(path) in str(refused.value)
     assert len(str(refused.value)) < 1000
