@@ -16,19 +16,6 @@ The import of this package is quick: the first call that needs Keras imports it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from bem._support.lazy_names import lazy_names
-
-if TYPE_CHECKING:
-    from surrogate.architectures import build as build
-    from surrogate.architectures.naming import names as names
-    from surrogate.architectures.registry import register as register
-    from surrogate.loading import load as load
-    from surrogate.model import Surrogate as Surrogate
-    from surrogate.training.interface import train as train
-    from surrogate.validity import ExtrapolationWarning as ExtrapolationWarning
-else:  # the imports above are the list of the names that load on first use
-    lazy_names(globals())
-
-__all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register", "train"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)  # of the names in __init__.pyi

@@ -12,15 +12,6 @@ Examples:
     7.85e-06 N
 """
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-from bem._support.lazy_names import lazy_names
-
-if TYPE_CHECKING:
-    from bem.lab.curve import ForceCurve as ForceCurve
-    from bem.lab.fitting import FitResult as FitResult
-    from bem.lab.fitting import fit as fit
-    from bem.lab.setup import EffectiveRangeWarning as EffectiveRangeWarning
-    from bem.lab.setup import Setup as Setup
-else:  # the imports above are the list of the public names; each loads on first use
-    __all__ = lazy_names(globals())
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)  # of the names in __init__.pyi
