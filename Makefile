@@ -47,8 +47,9 @@ sums:
 	$(SUMS) $(FILES)
 paper: figures tables report  ## Figures, tables and the report
 
-PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
-	figure-ranking figure-learning-curves figure-plateau figure-features figure-fms-transfer graphical-abstract
+# A module is a target of its name.
+named = $(subst _,-,$(filter-out __init__,$(basename $(notdir $(wildcard $1)))))
+PAPER_FIGURES := $(call named,paper_figures/figures/*.py paper_figures/models/*.py)
 PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models table-ranking
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
 LEAVE_OUT :=
@@ -62,9 +63,8 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 
 ##@ Figures, tables and studies (short)
 
-COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
-	figure-measurement-floor
-COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
+COST_FIGURES := $(call named,paper_figures/measurements/*.py)
+COST_TABLES := $(filter-out $(PAPER_TABLES),$(call named,paper_figures/tables/*.py))
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
@@ -109,8 +109,7 @@ $(T)/accuracy-cost.md: $(MEASURED)/accuracy_cost.json
 $(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.json)
 $(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.json
 
-STUDIES := dataset_examples dataset_statistics canonical_regimes persson_brener error_statistics fms_transfer \
-	model_comparison architecture_graphs adopted_settings inconsistencies
+STUDIES := $(filter-out __init__,$(basename $(notdir $(wildcard experiments/paper/*.py))))
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
 # The arguments of a study are its prerequisites without code, the paper's values and the files in the folder of models.
 STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/%,$^)
