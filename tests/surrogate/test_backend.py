@@ -8,7 +8,7 @@ import pytest
 from surrogate.backend import limit_threads, silent_stderr, versions
 
 
-def test_threads_are_limited_before_keras_is_imported(monkeypatch):
+def test_threads_are_limited_before_keras(monkeypatch):
     with pytest.raises(ValueError, match="threads must be at least 1; received 0"):
         limit_threads(0)
     with pytest.raises(RuntimeError, match="before Keras is imported"):
@@ -24,7 +24,7 @@ def test_versions_name_the_backend():
     assert set(versions()) == {"python", "keras", "numpy", keras.backend.backend()}
 
 
-def test_messages_of_a_library_at_its_start_are_shown_only_if_it_fails(capfd):
+def test_start_messages_show_on_failure_only(capfd):
     with silent_stderr():
         os.write(2, b"E0000 Unable to register cuDNN factory\n")
     assert capfd.readouterr().err == ""

@@ -21,7 +21,7 @@ from tests.data_files import damaged
 from tests.surrogate.conftest import scaling_of
 
 
-def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
+def test_long_names_give_a_short_sentence(tmp_path):
     for name in ("x" * 10**5, "y" * 10**5 + "/z", "a\0b"):
         with pytest.raises(ValueError, match=r"received .*(xxx|yyy|a)") as caught:
             surrogate.load(name, root=tmp_path)
@@ -35,7 +35,7 @@ def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
         *(("fast", threads, "threads must be a whole number") for threads in (0, None, "2", 1.5, 10**9)),
     ],
 )
-def test_names_and_threads_of_other_types_are_refused_in_one_sentence(name, threads, message):
+def test_names_and_threads_of_other_types(name, threads, message):
     with pytest.raises(ValueError, match=message):
         surrogate.load(name, threads=threads)
 
@@ -116,7 +116,7 @@ def test_files_that_are_not_ours(tmp_path):
 
 
 @pytest.mark.parametrize(("key", "value"), [("format", None), ("format_version", "9"), ("content_sha256", None)])
-def test_files_of_another_export_or_changed_by_other_tools(folder, key, value):
+def test_changed_exports_are_refused(folder, key, value):
     path, graph = folder / "model.onnx", onnx.load(folder / "model.onnx")
     found = {entry.key: entry.value for entry in graph.metadata_props} | {key: value, "content_sha256": None}
     onnx.helper.set_model_props(graph, {name: text for name, text in found.items() if text is not None})
@@ -142,7 +142,7 @@ def refused_by_keras(folder, words):
         surrogate.load(folder, backend="keras")
 
 
-def test_weights_that_are_not_finite_are_refused(folder, weights):
+def test_infinite_weights_are_refused(folder, weights):
     weights[0][weights[1]][...] = np.nan
     weights[0].close()
     words = r"finite numbers; received .*model\.weights\.h5 \(NaN or infinity in "
@@ -151,7 +151,7 @@ def test_weights_that_are_not_finite_are_refused(folder, weights):
         folder_content(folder)
 
 
-def test_weights_in_another_file_are_not_fetched(folder, weights, tmp_path):
+def test_linked_weights_are_not_fetched(folder, weights, tmp_path):
     file, name = weights
     with h5py.File(tmp_path / "elsewhere.h5", "w") as other:
         other["weights"] = file[name][:]
@@ -180,7 +180,7 @@ def test_published_blocks_load_into_layers(name, six):
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(2000, marks=pytest.mark.slow)])
-def test_random_damage_is_refused_in_one_sentence(count, folder, tmp_path):
+def test_random_damage_is_refused(count, folder, tmp_path):
     content, rng = (folder / "model.onnx").read_bytes(), random.Random(count)
     for number in range(count):
         found = damaged(content, rng)
@@ -193,7 +193,7 @@ def test_random_damage_is_refused_in_one_sentence(count, folder, tmp_path):
             assert len(str(caught.value)) < 1000
 
 
-def test_a_published_model_knows_its_material():
+def test_published_model_knows_its_material():
     data = TrajectoryDataset.load(PUBLISHED.parent / "dataset.h5")
     assert {data.sha256: data.modulus_ratio} == PUBLISHED_MATERIALS
     for folder in PUBLISHED.glob("*/model.onnx"):

@@ -48,7 +48,7 @@ def protocol(**changes):
     return LoadingProtocol(**PROTOCOL | changes)
 
 
-def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
+def test_force_is_the_networks_on_its_steps(banded):
     found = banded.predict(SCENE, LOADING)
     assert repr(banded) == "<Surrogate: fast, with bands>"
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL, modulus_ratio=0.1)
@@ -64,13 +64,13 @@ def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
 
 
 @pytest.mark.parametrize("count", [20, 120])
-def test_a_history_of_another_number_of_points_is_refused(banded, count):
+def test_other_number_of_points_is_refused(banded, count):
     times = np.linspace(0.0, 1.0, count)
     with pytest.raises(ValueError, match=rf"histories must have the 102 steps .* fast knows; received {count} points"):
         banded.predict_history(times, 1.0 - abs(times - 0.5), SCENE)
 
 
-def test_bands_contain_the_prediction_and_widen_with_coverage(banded):
+def test_bands_hold_prediction_and_widen(banded):
     narrow, wide = (banded.predict(SCENE, LOADING, coverage=coverage) for coverage in (0.5, 0.95))
     for found in (narrow, wide):
         for name in RESULTS:
@@ -107,7 +107,7 @@ def test_a_batch_is_what_its_members_are(banded):
         ({"start_indentation": -9.0}, 1.0, 0.1, "start_indentation"),
     ],
 )
-def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded, changes, tabor, ratio, name):
+def test_bands_outside_training_are_infinite(banded, changes, tabor, ratio, name):
     both = scenes([1.0, tabor], [0.1, ratio]), [LOADING, protocol(**changes)]
     with pytest.warns(ExtrapolationWarning, match=rf"1 of 2 protocols lie outside .* of fast.*{name}") as told:
         inside, outside = banded.predict(*both)
@@ -145,7 +145,7 @@ def test_beyond_the_margin_is_refused(banded, name, low, high):
         assert "\n" not in str(caught.value)
 
 
-def test_distances_from_several_ranges_add_up(banded):
+def test_distances_outside_ranges_add_up(banded):
     tabor, rate = (
         float(high * (high / low) ** (0.6 * MARGIN)) for low, high in (RANGES["tabor"], RANGES["loading_rate"])
     )
@@ -171,7 +171,7 @@ def test_in_a_batch_what_is_refused_is_nan(banded):
     np.testing.assert_allclose(banded.predict(SCENE, LOADING).force, inside.force, rtol=1e-5)
 
 
-def test_points_between_the_steps_are_refused(banded):
+def test_points_off_the_steps_are_refused(banded):
     """As many points, equally spaced: their forces would be wrong without a word."""
     path = PROTOCOL | {"tabor": 1.0}
     times, indentations = measurement_grid(**{name: np.array([value]) for name, value in path.items()}, counts=PHYSICAL)
@@ -179,7 +179,7 @@ def test_points_between_the_steps_are_refused(banded):
         banded.predict_history(times[0], indentations[0], SCENE)
 
 
-def test_a_history_beyond_the_margin_is_refused(banded):
+def test_history_beyond_margin_is_refused(banded):
     found = banded.predict(SCENE, LOADING)
     history = found.time, found.indentation
     with pytest.raises(ValueError, match=r"^tabor must be from .*; received 9$"):
@@ -190,7 +190,7 @@ def test_a_history_beyond_the_margin_is_refused(banded):
     np.testing.assert_allclose(force[1], found.force, rtol=1e-5)
 
 
-def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
+def test_elastic_solid_has_ratio_one(banded):
     with warnings.catch_warnings(action="error"):
         assert banded.predict(SCENE, []) == []
         elastic, solid = banded.predict([Scene(1.0), Scene(1.0, StandardLinearSolid(1.0))], LOADING)
@@ -198,7 +198,7 @@ def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
     np.testing.assert_array_equal(elastic.force, solid.force)
 
 
-def test_intervals_of_an_elastic_contact_hold_the_solvers_results():
+def test_elastic_intervals_hold_the_solver():
     columns = Design("log-uniform").protocols(200, seed=3)
     solids = [Scene(tabor) for tabor in columns.pop("tabor").tolist()]
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
@@ -232,7 +232,7 @@ def test_bad_input_gets_one_sentence(banded, changes, message):
         banded.predict(**{"scene": SCENE, "protocol": [LOADING] * 2} | changes)
 
 
-def test_load_finds_it_by_name_and_by_its_folder(untrained):
+def test_model_is_found_by_name_and_folder(untrained):
     assert surrogate.load("fast", untrained.parent).bands is not None
     assert surrogate.load(untrained).name == "fast"
     with pytest.raises(FileNotFoundError, match=r"a trained accurate must be in .*`make pretrained` trains it"):
@@ -249,7 +249,7 @@ def test_an_absent_file_is_named(untrained, name):
 
 
 @pytest.mark.parametrize("count", [16, pytest.param(1000, marks=pytest.mark.slow)])
-def test_flips_and_cuts_are_refused_in_one_sentence_that_names_file_and_remedy(count, tmp_path):
+def test_flips_and_cuts_are_refused(count, tmp_path):
     shutil.copytree(PUBLISHED_BANDED, tmp_path, dirs_exist_ok=True)
     files, rng = [tmp_path / model / name for model in BANDED for name in FILES], random.Random(count)
     for number in range(count):
@@ -271,7 +271,7 @@ def test_flips_and_cuts_are_refused_in_one_sentence_that_names_file_and_remedy(c
         ({"peak_indentation": 3.0, "loading_rate": 300.0, "dwell_time": 0.1, "unloading_rate": 20.0}, 0.5),
     ],
 )
-def test_readings_of_the_solvers_own_forces_are_the_solvers_results(changes, ratio):
+def test_readings_of_solver_forces_are_its(changes, ratio):
     true = simulate(Scene(1.0, StandardLinearSolid(ratio)), protocol(**changes))
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL | changes, modulus_ratio=ratio)
     force = true.at(np.minimum(times[0], true.time[-1]))[np.newaxis]
@@ -285,7 +285,7 @@ def test_readings_of_the_solvers_own_forces_are_the_solvers_results(changes, rat
     assert unit == pytest.approx(work)
 
 
-def test_a_small_loop_is_judged_by_the_work_of_loading():
+def test_small_loop_unit_is_loading_work():
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL, modulus_ratio=0.1)
     # Proportional to the indentation on both ways: no loop.
     found = results(times, indentations, -2.0 * indentations, np.array(COUNTS))
@@ -321,7 +321,7 @@ def calibrated(count=20_000, seed=0, fitted=4000, corners=400):
     return Bands.calibrate(BOX, *drawn(count, seed, corners), fitted)
 
 
-def test_intervals_cover_as_asked_in_easy_and_hard_cases_and_in_every_corner():
+def test_intervals_cover_in_every_corner():
     bands = calibrated(60_000, fitted=8000)
     known, errors, force = drawn(20_000, 1, 300)
     _, corner = _placed(known, bands.ranges)
@@ -338,7 +338,7 @@ def test_intervals_cover_as_asked_in_easy_and_hard_cases_and_in_every_corner():
     assert np.median(widths["pull_off"][known[:, 4] > 100.0]) > 30.0 * np.median(widths["pull_off"][known[:, 4] < 1.0])
 
 
-def test_intervals_of_nearly_elastic_solids_cover_where_errors_jump():
+def test_nearly_elastic_intervals_cover():
     def with_elastic(count, seed):
         known, errors, force = drawn(count, seed)
         known[-20_000:, 5] = np.random.default_rng(seed).uniform(0.95, 1.0, 20_000)
@@ -356,7 +356,7 @@ def test_intervals_of_nearly_elastic_solids_cover_where_errors_jump():
             assert 0.87 < (error <= widths[name])[own == CORNERS + GROUPS + number].mean() < 0.94
 
 
-def test_more_coverage_is_a_wider_band_and_the_whole_curve_a_wider_one():
+def test_bands_widen_with_coverage():
     bands, (known, *_) = calibrated(), drawn(50, 2)
     before = dict.fromkeys((*RESULTS, *BANDS), 0.0)
     for coverage in (0.3, 0.6, 0.82, 0.9, 0.96, 0.99):
@@ -383,7 +383,7 @@ def test_half_widths_are_those_of_crepes():
             np.testing.assert_allclose(ends[:, 1], half[row, chosen[:5]], rtol=1e-12)
 
 
-def test_few_errors_are_no_reason_for_a_narrow_band():
+def test_few_errors_keep_the_band_wide():
     # With so few errors in a group, no band short of the largest error covers 95 %.
     bands = calibrated(15 * GROUPS + 1000, fitted=1000, corners=0)
     assert np.all(bands.quantiles[:3, CORNERS:, 9] == bands.quantiles[:3, CORNERS:, -1])
@@ -405,11 +405,11 @@ def test_arrays_of_another_shape_are_refused(name):
         Bands(**vars(bands) | {name: vars(bands)[name][:3]})
 
 
-def test_the_rank_of_a_quantile_has_two_standard_deviations_more():
+def test_quantile_rank_adds_two_deviations():
     assert _quantiles(np.arange(1.0, 1001.0))[LEVELS.index(0.9)] == np.ceil(0.9 * 1001 + 2.0 * np.sqrt(90.0))
 
 
-def test_errors_are_in_the_units_of_their_intervals():
+def test_errors_have_the_units_of_intervals():
     # Pull-off, time, work, sharpness and unit, of a closed loop and of an open one.
     found = np.array([[2.0, 2.0], [3.0, 3.0], [-4.0, 0.5], [0.1, 0.1], [4.0, 1.0]])
     true = np.array([[2.0, 1.0], [3.0, 5.0], [4.4, 0.3]])

@@ -41,7 +41,7 @@ def inside(dataset):
     return *dataset.grid(indices), scenes(dataset.protocols["tabor"][indices])
 
 
-def test_prediction_inside_the_ranges_is_silent_alone_and_in_a_batch_at_any_time(predictor, inside):
+def test_prediction_in_range_is_silent(predictor, inside):
     times, indentations, given = inside
     with warnings.catch_warnings(action="error"):
         force = predictor.predict_history(*inside)
@@ -119,7 +119,7 @@ def test_bad_input(predictor, inside):
             predictor.predict_history(*arguments)
 
 
-def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside):
+def test_model_is_pickled_with_its_file(folder, inside):
     loaded = {"onnx": surrogate.load(folder, threads=2), "keras": surrogate.load(folder, backend="keras")}
     forces = {backend: model.predict_history(*inside) for backend, model in loaded.items()}
     content = pickle.dumps(loaded)
@@ -132,7 +132,7 @@ def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside
 
 @pytest.mark.parametrize(("low", "high"), [(1e-3, 3.0), (2.0, 1e6)])
 @pytest.mark.parametrize("share", [0.5, 2.0])
-def test_a_bound_is_kept_to_rounding_of_its_own_size(low, high, share):
+def test_bounds_hold_to_rounding(low, high, share):
     step = share * RANGE_TOLERANCE
     values = np.array([low * (1.0 - step), low, high, high * (1.0 + step), np.nan])
     found = excesses({"dwell_time": values}, {"dwell_time": (low, high)})
@@ -176,7 +176,7 @@ def test_quantities_of_a_history_by_hand():
         *(((50, 20, 50), 0.15, True), ((50, 20, 50), 0.25, False)),
     ],
 )
-def test_points_are_in_the_proportions_that_the_models_learned_and_even(points, late, as_learned):
+def test_points_have_learned_proportions(points, late, as_learned):
     times, indentations = cycle(*points)
     moved = times + late * 0.08 * (np.arange(times.size) == 100)
     moved = moved, np.interp(moved, times[0], indentations[0])
@@ -222,7 +222,7 @@ def ending(force, *, depth=-4.0):
     return predicted_trajectories(*history, unloading_from=1, seconds=0.0, model="M1-concat")[0]
 
 
-def test_only_the_one_that_is_not_finite_says_so_and_nothing_is_shared():
+def test_one_infinite_prediction_says_so():
     history = np.tile([[0.0, 1.0, 2.0], [-4.0, 2.0, -4.0], [0.0, -3.0, 1.0]], (2, 1, 1)).swapaxes(0, 1)
     history[2, 0, 1] = -np.inf
     broken, sound = predicted_trajectories(*history, unloading_from=1, seconds=0.0)
@@ -233,7 +233,7 @@ def test_only_the_one_that_is_not_finite_says_so_and_nothing_is_shared():
     assert sound.stats.steps_by_phase == {}
 
 
-def test_protocols_with_and_without_a_dwell_keep_their_order(published):
+def test_dwell_or_none_keeps_the_order(published):
     model = surrogate.load("M1-concat", published)
     protocols = [LoadingProtocol(**PROTOCOL | {"dwell_time": dwell}) for dwell in (1.0, 0.0, 0.5, 0.0)]
     protocols[3] = replace(protocols[3], unloading_rate=20.0)
@@ -242,13 +242,13 @@ def test_protocols_with_and_without_a_dwell_keep_their_order(published):
             np.testing.assert_allclose(model.predict(SCENE, one).force, together.force, rtol=1e-4, atol=1e-5)
 
 
-def test_detachment_of_a_prediction_follows_from_the_force_alone():
+def test_detachment_follows_from_the_force():
     limit = 4.0 * dmt.rigid_force_from_indentation(-4.0) + FORCE_DOUBT
     assert [ending(force).detached for force in (0.99 * limit, 1.01 * limit, np.nan)] == [True, False, False]
     assert ending(-0.1).summary()["detached"] is True
 
 
-def test_signed_work_and_attached_contacts_are_told():
+def test_signed_work_and_attachment_are_told():
     backwards = ending(-9.0)
     assert backwards.work() == backwards.summary()["work"] == -27.0
     assert backwards.hysteresis == 27.0
@@ -259,7 +259,7 @@ def test_signed_work_and_attached_contacts_are_told():
     assert "\nwork -27: the contact gave energy back; not dissipation" in line
 
 
-def test_the_limit_of_detachment_is_right_for_the_published_model():
+def test_detachment_limit_of_published_model():
     """Whatever the models' errors, all but a few ends of the test set are judged as the solver's are."""
     dataset = load_dataset("published/dataset.h5")
     rows = np.random.default_rng(0).permutation(dataset.completed)[:400]

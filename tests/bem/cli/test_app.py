@@ -44,7 +44,7 @@ def test_the_summary_is_a_table_with_units():
     assert lines[-1].startswith("cost: ")
 
 
-def test_without_options_it_is_the_first_sample():
+def test_default_is_the_first_sample():
     sample = paper_rows("canonical_protocols")[0]
     scene, protocol = (
         Scene(1.0, StandardLinearSolid(0.1)),

@@ -155,7 +155,7 @@ def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, t
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(2500, marks=pytest.mark.slow)])
-def test_random_damage_is_refused_in_one_sentence(count, undisturbed, tmp_path):
+def test_random_damage_is_refused(count, undisturbed, tmp_path):
     path, data, rng = tmp_path / "damaged.h5", undisturbed.read_bytes(), random.Random(count)
     for _ in range(count):
         path.write_bytes(damaged(data, rng))

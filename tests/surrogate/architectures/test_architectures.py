@@ -47,7 +47,7 @@ def test_trainable_parameters(models):
 
 
 @pytest.mark.parametrize("name", surrogate.names())
-def test_layers_are_named_both_inputs_matter_and_none_of_a_later_step(models, name, tmp_path):
+def test_names_inputs_and_causality(models, name, tmp_path):
     model = models[name]
     assert not [
         layer.name
@@ -118,7 +118,7 @@ def test_layers_survive_serialisation(layer):
     assert again.get_config() == layer.get_config()
 
 
-def test_layers_module_registers_them_with_keras(models, tmp_path):
+def test_layers_module_registers_with_keras(models, tmp_path):
     models["M5-FiLM"].save(tmp_path / "model.keras")
     load = f"keras.saving.load_model({str(tmp_path / 'model.keras')!r})"
     subprocess.run([sys.executable, "-c", f"import keras, surrogate.architectures.layers; {load}"], check=True)

@@ -64,7 +64,7 @@ def forget():
         table.pop("Own-1", None)
 
 
-def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, monkeypatch):
+def test_users_file_from_training_to_figure(own, tmp_path, monkeypatch):
     assert "name must be one of" in own("train", "Own-1-concat", fails=True)
     assert "published in" in own("train", "Own-1-concat", "--architecture", "own.py")
     described = json.loads((tmp_path / "models/Own-1-concat/run.json").read_text())
@@ -103,7 +103,7 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     assert left == {"own.py", "fast.toml", "models", "runs", *drawn}
 
 
-def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
+def test_changed_file_is_another_training(own, tmp_path):
     narrow = OWN.replace("LSTM(3, return_sequences=True)", "Dense(3)")  # which compiles sooner
     (tmp_path / "own.py").write_text(narrow)
     (tmp_path / "runs").mkdir()

@@ -20,7 +20,7 @@ def build_otherwise(conditioning, channels):
     return None
 
 
-def test_a_registered_family_stands_beside_the_eighteen():
+def test_registered_family_has_names():
     surrogate.register("M7", build_narrow)
     surrogate.register("My-own.2", build_narrow, conditionings=("gated",))
     assert surrogate.names()[18:] == ["M7-concat", "M7-FiLM", "M7-gated", "My-own.2-gated"]
@@ -47,7 +47,7 @@ def test_a_registered_family_stands_beside_the_eighteen():
         ("M7", "lstm", {}, "builder must take .*'lstm'"),
     ],
 )
-def test_architectures_that_cannot_be_registered(family, builder, options, words):
+def test_bad_registrations_are_refused(family, builder, options, words):
     before = surrogate.names(), dict(FAMILIES)
     with pytest.raises(ValueError, match=words):
         surrogate.register(family, builder, **options)
@@ -64,7 +64,7 @@ def test_architectures_that_cannot_be_registered(family, builder, options, words
     ],
     ids=["nothing", "one input", "other order", "two forces"],
 )
-def test_a_builder_of_something_else_is_refused(build):
+def test_builder_of_another_model_is_refused(build):
     def builder(conditioning, features, name):
         try:
             return build(conditioning=conditioning, features=features, name=name)
@@ -88,7 +88,7 @@ def test_a_builder_of_something_else_is_refused(build):
         ("import sys\nsys.exit()", "which fails in line 2: SystemExit"),
     ],
 )
-def test_a_file_that_registers_nothing_is_one_sentence(text, words, tmp_path):
+def test_file_without_family_is_refused(text, words, tmp_path):
     (tmp_path / "own.py").write_text(text)
     expected = rf"^--architecture must be a Python file that calls surrogate\.register; received .*own\.py, {words}"
     with pytest.raises(ValueError, match=expected) as refused:

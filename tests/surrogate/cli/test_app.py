@@ -53,7 +53,7 @@ def publish_metrics(folder, mse, **run):
     (folder / "model.weights.h5").touch()
 
 
-def test_list_shows_every_published_model_best_first_then_what_is_not_trained(elsewhere):
+def test_list_orders_models_by_error(elsewhere):
     trained = {"features": "D", "epochs": 30, "training_trajectories": 9960}
     publish_metrics(elsewhere / "PACKAGED" / "M1-FiLM", 2e-5, architecture="M1-FiLM", **trained)
     publish_metrics(elsewhere / "PUBLISHED" / "mine", 1e-5, architecture="M1-FiLM", **trained | {"features": "C"})
@@ -99,7 +99,7 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
         (("onnxruntime", "keras"), "nothing, because onnxruntime is not installed", "nothing, because Keras .*"),
     ],
 )
-def test_list_says_what_is_installed_and_needs_none_of_it(missing, predicts, trains, elsewhere, monkeypatch):
+def test_list_says_what_is_installed(missing, predicts, trains, elsewhere, monkeypatch):
     find = importlib.util.find_spec
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in missing else find(name))
     monkeypatch.setenv("KERAS_BACKEND", "tensorflow")
@@ -149,7 +149,7 @@ def test_train_stop_resume_evaluate(least, options, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "options", [["--features", "A"], ["--fraction", "0.5"], ["--split-seed", "1"], ["--extra", "x"]]
 )
-def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypatch):
+def test_other_options_need_a_label(options, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])
     assert isinstance(result.exception, ValueError)
@@ -162,7 +162,7 @@ def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypa
         assert isinstance(result.exception, FileNotFoundError)
 
 
-def test_published_models_fit_the_published_data_set():
+def test_published_models_fit_the_data_set():
     data, recipe = TrajectoryDataset.load(PUBLISHED / "dataset.h5"), Recipe.load("swift")
     published = [name for name in names() if (PUBLISHED / "models" / name / "run.json").exists()]
     assert published

@@ -38,7 +38,7 @@ def test_a_protocol_of_options(command, published):
     assert rows["pull-off time"] == f"{expected.pull_off_time:.5g}"
 
 
-def test_without_options_it_is_the_first_sample(program):
+def test_default_is_the_first_sample(program):
     (found,) = json.loads(program("predict", "fast", "--json", "--check")[1])
     assert found["time"][-1] == pytest.approx((5.0 + np.pi ** (2 / 3)) * (1 / 10 + 1 / 200) + 1.0)
     assert found["check"]["pull_off_percent"] < 1.0
@@ -48,7 +48,7 @@ def test_without_options_it_is_the_first_sample(program):
 
 
 @pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
-def test_force_interval_and_band_are_those_of_python(program, words, ratio):
+def test_interval_and_band_equal_pythons(program, words, ratio):
     code, out, err = program("predict", "fast", *ONE, *words)
     assert (code, err) == (0, "")
     found = surrogate.load("fast").predict(scenes([1.0], ratio)[0], LOADING)
@@ -86,7 +86,7 @@ def test_files_in_and_out(command, published, tmp_path):
     assert (tmp_path / "out.csv").read_text().startswith("trajectory,time,indentation,force\n")
 
 
-def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
+def test_solids_and_bands_in_files(program, tmp_path):
     given = [PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1}, PROTOCOL | {"tabor": 2.0, "modulus_ratio": 0.7}]
     (tmp_path / "in.json").write_text(json.dumps(given))
     for kind in ("csv", "json"):
@@ -102,7 +102,7 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
         np.testing.assert_array_equal([float(row[name]) for row in rows(tmp_path / "out.csv")], wanted)
 
 
-def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
+def test_table_has_a_row_for_each_solid(program, tmp_path):
     ratios = [0.009, 0.1, 0.0095, 0.7]
     (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
@@ -121,7 +121,7 @@ def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
     assert table[0]["pull_off_lower"] == table[0]["hysteresis_upper"] == ""
 
 
-def test_extrapolation_warns_once_per_trajectory(command):
+def test_each_extrapolation_warns_once(command):
     code, out, err = command("predict", "M1-concat", "--tabor", 3.4, *FLAGS)
     assert (code, err.count("\n")) == (0, 1)
     assert "\npull-off force" in out
@@ -129,7 +129,7 @@ def test_extrapolation_warns_once_per_trajectory(command):
     assert "; compare with the solver before you trust" in err
 
 
-def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
+def test_no_band_outside_the_training(program, tmp_path, recwarn):
     code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.009, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
     assert "trajectory 0 extrapolates: modulus_ratio = 0.009 lies outside [0.01, 1]" in err
@@ -140,7 +140,7 @@ def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, rec
 
 
 @pytest.mark.parametrize("name", ["fast", "accurate", "M1-concat"])
-def test_far_outside_is_refused_with_status_1(name, program, tmp_path):
+def test_far_outside_exits_with_1(name, program, tmp_path):
     words = ["--tabor", 9, *FLAGS, "--out", tmp_path / "out.csv"]
     code, out, err = program("predict", name, *words)
     assert (code, out, err.count("\n")) == (1, "", 1)
@@ -181,7 +181,7 @@ def test_the_check_is_of_the_same_solid(program):
 
 
 @pytest.mark.parametrize("ratio", [[], ["--modulus-ratio", 0.1], ["--modulus-ratio", 0.5]])
-def test_a_check_against_another_material_says_so(ratio, command):
+def test_check_of_another_material_says_so(ratio, command):
     place = PUBLISHED / "M1-concat"
     code, out, err = command("predict", place, "--tabor", 1.0, *FLAGS, "--check", *ratio)
     assert code == 0
@@ -197,7 +197,7 @@ def test_a_check_against_another_material_says_so(ratio, command):
         assert err == ""
 
 
-def test_the_check_of_a_model_without_a_recorded_material_warns(command, monkeypatch):
+def test_check_of_unrecorded_material_warns(command, monkeypatch):
     monkeypatch.setattr("surrogate.model.Surrogate.modulus_ratio", None)
     words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
     _, _, err = command(*words)
@@ -227,7 +227,7 @@ def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
     assert lines[-1].endswith(",")
 
 
-def test_a_full_disk_leaves_neither_of_two_files(command, tmp_path, monkeypatch):
+def test_full_disk_leaves_neither_file(command, tmp_path, monkeypatch):
     def fail(path, *_):
         path.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -239,7 +239,7 @@ def test_a_full_disk_leaves_neither_of_two_files(command, tmp_path, monkeypatch)
     assert f"{tmp_path / 'p.png'} (No space left on device)" in error
 
 
-def test_of_several_cycles_the_last_unloading_is_compared():
+def test_last_unloading_is_compared():
     # The first is pulled off faster, and so holds on more strongly; the second goes deeper.
     instants, depths = np.array([0.0, 1.0, 1.1, 2.1, 12.1]), np.array([-3.0, 5.0, -3.0, 6.0, -3.0])
     simulated = simulate(SCENE, PiecewiseLinearProtocol(instants, depths), "draft")
@@ -261,7 +261,7 @@ def drawn(monkeypatch):
     return figures
 
 
-def test_the_solver_is_told_from_the_predictions_where_they_agree(drawn):
+def test_solver_differs_from_predictions(drawn):
     time = np.linspace(0.0, 1.0, 5)
     found = predicted_trajectories(*np.tile(time, (3, 3, 1)), unloading_from=2, seconds=0.0, model="M1-concat")
     plot_predictions(Path("a.png"), found, [trajectory_of(time, time, time)] * 3)
@@ -274,7 +274,7 @@ def test_the_solver_is_told_from_the_predictions_where_they_agree(drawn):
         assert solver[0].get_linewidth() < predicted[0].get_linewidth()
 
 
-def test_each_phase_has_the_width_that_the_solver_gives_it(drawn):
+def test_phases_have_the_solvers_widths(drawn):
     # A pull-off a thousand times as slow as the loading.
     ramp = {"peak_indentation": 5.0, "loading_rate": 10.0, "dwell_time": 1.0}
     simulated = [simulate(SCENE, LoadingProtocol(**ramp, unloading_rate=rate), "draft") for rate in (0.01, 0.02)]

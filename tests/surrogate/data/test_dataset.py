@@ -26,7 +26,7 @@ def rows(dataset, indices):
     return set(zip(*(dataset.protocols[name][indices] for name in QUANTITIES), strict=True))
 
 
-def test_a_split_of_a_seed_is_always_the_same(dataset):
+def test_split_depends_on_the_seed_alone(dataset):
     split = dataset.split(seed=0)
     assert sorted(np.concatenate([split.train, split.validation, split.test])) == list(range(60))
     assert split.validation.tolist() == SPLIT["validation"]
@@ -49,7 +49,7 @@ def test_repeated_protocols_do_not_leak(copy):
         assert test
 
 
-def test_failed_simulations_are_left_out_and_too_few_refused(copy):
+def test_failed_or_too_few_simulations(copy):
     for rows, message in ((slice(7, 8), ""), (slice(5, None), r"must be enough .*received 5")):
         with editing(copy) as file:
             file["status"][rows] = 1
@@ -98,7 +98,7 @@ def test_split_round_trip(dataset, tmp_path):
             Split.load(tmp_path / "split.json")
 
 
-def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
+def test_unloading_starts_at_the_dwells_end(dataset, monkeypatch):
     seen = {}
     monkeypatch.setattr(evaluation, "trajectory_errors", lambda *_, **given: seen.update(given))
     network = SimpleNamespace(
@@ -109,7 +109,7 @@ def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
     assert seen["native_pull_off_force"].tolist() == dataset.scalars["pull_off_force"][:3].tolist()
 
 
-def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
+def test_digest_ignores_rounding_only(dataset_path, tmp_path):
     """The digest of the forces is that of their bytes, the other one of what is asked."""
 
     def changed(change):

@@ -17,7 +17,7 @@ def histories(counts=(50, 20, 50)):
     return measurement_grid(tabor=[1.0, 0.5], **PROTOCOL, counts=counts)
 
 
-def test_the_force_is_that_of_lee_and_radok_while_the_contact_grows():
+def test_force_is_lee_radok_while_growing():
     counts = (2000, 800, 50)
     times, indentations = histories(counts)
     tabor, ratio = np.array([1.0, 0.5]), np.array([0.1, 0.3])
@@ -31,7 +31,7 @@ def test_the_force_is_that_of_lee_and_radok_while_the_contact_grows():
     assert np.all(force[:, 2800:].max(axis=1) > 0.0)
 
 
-def test_the_memories_forget_by_the_two_times_of_the_solid():
+def test_memories_have_the_solids_times():
     times = np.array([[0.0, 1.0, 3.0]])
     indentations = np.array([[0.0, 2.0, 2.0]])
     found = channels(times, indentations, 0 * times, "F", tabor=np.ones(1), modulus_ratio=0.25)[0, :, 7:9].T

@@ -27,7 +27,7 @@ def scaling(dataset, physical):
     )
 
 
-def test_symexp_of_what_no_force_is_is_infinite():
+def test_symexp_overflows_to_infinity():
     assert symexp(np.array([-800.0, 800.0])).tolist() == [-np.inf, np.inf]
 
 
@@ -36,7 +36,7 @@ def test_symexp_inverts_symlog(value):
     np.testing.assert_allclose(symexp(symlog(np.array(value))), value, rtol=1e-13, atol=1e-300)
 
 
-def test_every_channel_is_transformed_as_the_paper_says():
+def test_channels_transform_as_in_the_paper():
     # One point each, where the statistics do nothing: zero mean, unit deviation.
     unit = Scaling("C", channel_mean=(0.0,) * 4, channel_scale=(1.0,) * 4, tabor=(0.0, 1.0), force=(0.0, 1.0))
     log = np.log1p

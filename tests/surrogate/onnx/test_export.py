@@ -29,7 +29,7 @@ def test_file_agrees_with_keras(name, features, stirred, six, tmp_path):
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
 
 
-def test_metadata_interface_and_an_lstm_that_is_one_operator(dataset):
+def test_metadata_inputs_and_lstm_operator(dataset):
     scaling = scaling_of(dataset)
     content = file_content(surrogate.build("M1-gated"), scaling, name="mine", architecture="M1-gated")
     content = onnx.load_model_from_string(content)
@@ -57,7 +57,7 @@ def test_training_leaves_a_file_that_loads(folder):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*/model.onnx")), ids=lambda path: path.parent.name)
-def test_a_published_file_holds_the_numbers_of_its_weights_file(path):
+def test_published_file_has_its_weights(path):
     contents = (folder_content(path.parent), surrogate.load(path.parent).network.content())
     models = [onnx.load_model_from_string(content) for content in contents]
     fresh, found = ([onnx.numpy_helper.to_array(one) for one in model.graph.initializer] for model in models)
@@ -68,14 +68,14 @@ def test_a_published_file_holds_the_numbers_of_its_weights_file(path):
         assert any(one.shape == expected.shape and np.array_equal(one, expected) for one in found)
 
 
-def test_a_model_that_is_not_finite_is_not_exported(dataset):
+def test_infinite_weights_are_not_exported(dataset):
     model = surrogate.build("M4-concat")
     model.set_weights([np.full_like(weight, np.inf) for weight in model.get_weights()])
     with pytest.raises(ValueError, match=r"weights must be finite; received NaN or infinity in"):
         file_content(model, scaling_of(dataset), name="mine", architecture="M4-concat")
 
 
-def test_what_the_runtime_cannot_compute_ends_in_one_sentence(folder, monkeypatch):
+def test_runtime_error_is_one_sentence(folder, monkeypatch):
     class Full:
         def run(self, *_):
             raise MemoryError("no room\nfor a tensor of {" + 10**5 * "9," + "}")
@@ -98,7 +98,7 @@ def test_a_backend_needs_its_files(folder):
         _ = surrogate.load(folder).model
 
 
-def test_prediction_needs_no_learning_framework(folder):
+def test_prediction_imports_no_framework(folder):
     code = (
         "import sys, numpy, surrogate\n"
         f"model = surrogate.load({str(folder)!r})\n"
@@ -112,14 +112,14 @@ def test_prediction_needs_no_learning_framework(folder):
     assert result.stdout.strip() == "[]"
 
 
-def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
+def test_missing_keras_is_one_sentence(folder, monkeypatch):
     monkeypatch.setattr("surrogate.networks.importlib.util.find_spec", lambda _: None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install '\.\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"
 
 
-def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_path, monkeypatch):
+def test_export_beside_weights_or_elsewhere(command, published, tmp_path, monkeypatch):
     own = published / "M1-concat" / "model.onnx"
     before = own.read_bytes()
     # An up-to-date file is copied, which takes no Keras.
@@ -145,7 +145,7 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, six, tmp_path):
+def test_material_inputs_hold_modulus_ratio(stirred, dataset, six, tmp_path):
     backend, expected = stirred("M3-concat", "F")
     path = write_onnx(tmp_path / "model.onnx", backend)
     (ratio,) = [item for item in onnx.load(path).graph.initializer if item.name == "modulus_ratio"]
@@ -162,7 +162,7 @@ def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, six,
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
 @pytest.mark.parametrize(("name", "features"), [("M3-concat", "F"), ("M1-concat", "D")])
-def test_inputs_on_short_and_long_steps_and_at_large_times(name, features, stirred, tmp_path):
+def test_short_long_and_late_steps(name, features, stirred, tmp_path):
     backend, _ = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))
     # In single precision a step of 1e-3 at time 1e5 would be lost altogether.

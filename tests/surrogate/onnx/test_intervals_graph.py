@@ -120,7 +120,7 @@ def test_outputs_are_those_of_the_model(model, found, inputs, expected):
     require_same(found, expected, inputs["indentations"], model.scaling)
 
 
-def test_of_any_force_the_graph_says_what_the_predictor_says(model, inputs, solids):
+def test_graph_agrees_for_any_force(model, inputs, solids):
     """In double precision, without networks, for peaks that are broad, between two steps, and at the last step."""
     counts, scaling, turn = model.counts, model.scaling, sum(model.counts[:2]) - 1
     batch, steps = inputs["times"].shape
@@ -190,7 +190,7 @@ def test_the_file_says_what_it_is(model, path):
     assert {name: tuple(bounds) for name, bounds in json.loads(found["ranges"]).items()} == model.scaling.ranges
 
 
-def test_the_command_writes_one_file_and_never_over_the_network(program, path, model, tmp_path):
+def test_export_never_replaces_the_network(program, path, model, tmp_path):
     network = (PUBLISHED / model.name / "model.onnx").read_bytes()
     code, out, err = program("export", model.name)
     assert (code, out) == (2, "")

@@ -21,7 +21,7 @@ from surrogate.training.runs import execute
 from tests.surrogate.conftest import scaling_of, scenes
 
 
-def test_a_layer_that_cannot_be_exported_leaves_the_model_for_keras(dataset, tmp_path):
+def test_unknown_layer_leaves_keras_only(dataset, tmp_path):
     def noisy(conditioning, features, name):
         sequence, tabor = inputs(features)
         hidden = layers.GaussianNoise(0.1, name="noise")(AppendTabor()(sequence, tabor))
@@ -94,7 +94,7 @@ def test_what_cannot_be_exported_is_named(wiring, words):
         add_network(keras.Model([sequence, tabor], readout(hidden)), *map(graph.named, ("sequence", "tabor")))
 
 
-def test_dropout_missing_biases_and_a_wide_context_are_exported(dataset, tmp_path):
+def test_rare_settings_are_exported(dataset, tmp_path):
     sequence, tabor = inputs("D")
     hidden = layers.Dense(6, use_bias=False, activation="relu")(sequence)
     hidden = layers.Conv1D(6, 3, padding="causal", dilation_rate=2, use_bias=False)(layers.Dropout(0.5)(hidden))

@@ -114,7 +114,7 @@ def require_same(one, other):
 
 
 @pytest.mark.parametrize(("below", "before"), [(0.29, 0), pytest.param(0.1, 1, marks=pytest.mark.slow)])
-def test_an_interrupted_training_on_a_plateau_is_the_same(below, before, on_a_plateau, least):
+def test_resumed_plateau_is_the_same(below, before, on_a_plateau, least):
     """After an epoch of a lower rate; and as soon as the rate is halved, near its minimum, while the error stays."""
     run, folder, whole = on_a_plateau
     fallen = next(row["epoch"] for row in whole.history if row["learning_rate"] < below)
@@ -124,7 +124,7 @@ def test_an_interrupted_training_on_a_plateau_is_the_same(below, before, on_a_pl
 
 
 @pytest.mark.slow
-def test_steps_around_the_largest_force_weigh_more(dataset, tmp_path):
+def test_peak_weight_counts_the_peak_more(dataset, tmp_path):
     force = np.zeros((2, 10, 1))
     force[0, 1], force[1, 6] = 1.0, 2.0
     weights = fitting.peak_weights(force, 4.0)
@@ -143,7 +143,7 @@ def test_an_interrupted_training_is_the_same(finished, least, tmp_path):
     require_same(tmp_path / "parts", finished.folder)
 
 
-def test_learning_rate_and_early_stopping_follow_keras(on_a_plateau):
+def test_rate_and_early_stop_follow_keras(on_a_plateau):
     _, folder, whole = on_a_plateau
     rows = history(folder / "whole")
     rates = [row["learning_rate"] for row in rows]
@@ -158,7 +158,7 @@ def test_learning_rate_and_early_stopping_follow_keras(on_a_plateau):
     assert [path.name for path in (folder / "whole/best").iterdir()] == [f"{whole.best_epoch:05d}.weights.h5"]
 
 
-def test_validation_is_by_the_averaged_weights(finished, least):
+def test_validation_uses_averaged_weights(finished, least):
     """By hand: Keras's moving average of the weights after each step, whose momentum the recipe sets."""
     seen, progress = finished.notes.steps, finished.progress
     momentum = 1.0 - 1.0 / (0.5 * len(seen))
@@ -171,7 +171,7 @@ def test_validation_is_by_the_averaged_weights(finished, least):
         np.testing.assert_allclose(one, expected, atol=1e-5)
 
 
-def test_dropout_ends_where_the_recipe_says_and_every_epoch_is_shuffled(finished):
+def test_dropout_ends_and_epochs_shuffle(finished):
     drawn, half = finished.notes.dropout, EPOCHS // 2
     assert finished.notes.shuffled[-EPOCHS:] == list(range(EPOCHS))
     assert [layers[0][0] for layers in drawn] == [0.1] * half + [0.0] * half
@@ -180,7 +180,7 @@ def test_dropout_ends_where_the_recipe_says_and_every_epoch_is_shuffled(finished
     assert set(states[half:]) == {states[half - 1]}
 
 
-def test_training_learns_and_a_finished_run_is_complete(finished, least, dataset, tmp_path):
+def test_finished_run_is_complete(finished, least, dataset, tmp_path):
     run, progress = finished.run, finished.progress
     seen = [line for line in finished.said.splitlines() if line.startswith("epoch ")]
     assert [line.split()[1] for line in seen] == [f"{epoch}/{EPOCHS}" for epoch in range(1, EPOCHS + 1)]
@@ -211,7 +211,7 @@ def test_training_learns_and_a_finished_run_is_complete(finished, least, dataset
     assert metrics["test"]["mse"]["mean"] == pytest.approx(error, rel=1e-4)
 
 
-def test_more_epochs_go_on_where_nothing_is_paced_by_them(least, dataset, tmp_path):
+def test_more_epochs_continue_a_plateau(least, dataset, tmp_path):
     """The gain that the learning rate counts is so large that it never comes: a plateau from the first epoch on."""
     table = PLATEAU.replace("0.05", "0.001") + "least_gain = 10.0\n"
     run = run_of(dataset, tmp_path, table, epochs=1, epochs_given=True)
@@ -227,7 +227,7 @@ def test_more_epochs_go_on_where_nothing_is_paced_by_them(least, dataset, tmp_pa
         execute(run, tmp_path / "run")
 
 
-def test_another_training_and_damaged_files_are_refused(finished, least, dataset, tmp_path):
+def test_other_or_damaged_run_is_refused(finished, least, dataset, tmp_path):
     """The older backup does not belong to the progress."""
     run, place = finished.run, tmp_path / "run"
     shutil.copytree(finished.folder, place)
@@ -250,7 +250,7 @@ def test_another_training_and_damaged_files_are_refused(finished, least, dataset
     assert execute(run, place).finished
 
 
-def test_a_folder_in_use_is_refused_and_divergence_is_reported(least, dataset, tmp_path):
+def test_folder_in_use_and_divergence(least, dataset, tmp_path):
     run = run_of(dataset, tmp_path, rate=1e30)
     with locked(tmp_path / "run"), pytest.raises(ValueError, match=rf"received {tmp_path}/run, where another process"):
         execute(run, tmp_path / "run")
@@ -258,7 +258,7 @@ def test_a_folder_in_use_is_refused_and_divergence_is_reported(least, dataset, t
         execute(run, tmp_path / "run")
 
 
-def test_extra_trajectories_join_training_but_held_out_protocols_do_not(dataset, tmp_path):
+def test_extra_data_leave_held_out_ones_out(dataset, tmp_path):
     # Protocols compare equal although processors round their last digits differently.
     elsewhere = {name: np.nextafter(values, np.inf) for name, values in dataset.protocols.items()}
     run = run_of(dataset, tmp_path, extra=dataclasses.replace(dataset, protocols=elsewhere))

@@ -42,14 +42,14 @@ def wanted(dataset):
         ({"architecture_file": {"name": "own.py", "sha256": "c" * 64}}, "of another architecture file"),
     ],
 )
-def test_a_model_is_trained_otherwise_unless_it_would_be_trained_so_now(published, reason, wanted, dataset, tmp_path):
+def test_words_for_another_training(published, reason, wanted, dataset, tmp_path):
     assert (
         trained_otherwise(trained_as(tmp_path / "M1-concat", dataset, **{"recipe": RECIPE} | published), wanted)
         == reason
     )
 
 
-def test_a_share_of_the_training_part_or_another_division_is_another_split(wanted, dataset, tmp_path):
+def test_share_or_seed_is_another_split(wanted, dataset, tmp_path):
     others = {"share": dataset.split().with_fraction(0.5), "division": dataset.split(seed=1)}
     for name, split in others.items():
         folder = trained_as(tmp_path / name, dataset, RECIPE, split, architecture="M1-concat")
@@ -62,7 +62,7 @@ def test_a_share_of_the_training_part_or_another_division_is_another_split(wante
 @pytest.mark.parametrize(
     "file", [("split.json", "{}"), ("split.json", None), ("run.json", "[]"), ("run.json", "{}"), ("run.json", None)]
 )
-def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, dataset, tmp_path):
+def test_damaged_directory_has_no_identity(file, wanted, dataset, tmp_path):
     folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
     if file[1] is None:
         (folder / file[0]).unlink()
@@ -86,7 +86,7 @@ OTHER = {
 
 
 @pytest.mark.parametrize("name", OTHER)
-def test_every_quantity_tells_trainings_apart(name, wanted):
+def test_every_quantity_counts(name, wanted):
     other = replace(wanted, **{name: OTHER[name]})
     assert len(differences(other, wanted)) == 1
     assert len(facts_that_differ(other.fingerprint, wanted.fingerprint)) == 1
@@ -95,14 +95,14 @@ def test_every_quantity_tells_trainings_apart(name, wanted):
     assert len(EVERYTHING) == len(OTHER)
 
 
-def test_the_digest_is_the_one_that_published_results_hold(wanted):
+def test_digest_is_that_of_published_results(wanted):
     content = {"dataset": wanted.dataset, "parts": wanted.split.parts, "recipe": RECIPE.as_dict(), "backend": ""}
     content |= {"features": "D", "architecture": "M1-concat", "extra": None}
     assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 @pytest.mark.parametrize(("recipe", "differs"), [("paper", False), ("swift", True)])
-def test_more_epochs_continue_an_unpaced_recipe(recipe, differs, dataset):
+def test_more_epochs_of_an_unpaced_recipe(recipe, differs, dataset):
     fewer, more = (
         Run("M1-concat", dataset, dataset.split(), Recipe.load(recipe).with_overrides(epochs=epochs)).identity
         for epochs in (3, 5)
@@ -119,7 +119,7 @@ def test_models_share_a_split_beside_them(wanted, dataset, tmp_path):
     assert trained_otherwise(folder, wanted) == "of another split"
 
 
-def test_an_older_training_has_its_recipe_in_toml(dataset, tmp_path):
+def test_older_training_has_recipe_toml(dataset, tmp_path):
     folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
     run = json.loads((folder / "run.json").read_text())
     del run["recipe"]

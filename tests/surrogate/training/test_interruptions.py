@@ -76,7 +76,7 @@ def undisturbed(dataset_path, tmp_path_factory):
     ("number", "status"),
     [(signal.SIGTERM, STOPPED), (signal.SIGKILL, -signal.SIGKILL)],
 )
-def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path, tmp_path, number, status):
+def test_stopped_or_killed_training_resumes(undisturbed, dataset_path, tmp_path, number, status):
     process = start(tmp_path, dataset_path, WAIT_AFTER_EPOCH="2")
     while epochs_done(tmp_path) < 2 and process.poll() is None:
         time.sleep(0.01)
@@ -100,7 +100,7 @@ def handler():
 
 @pytest.mark.parametrize("how", ["SIGTERM", "STOP"])
 @pytest.mark.usefixtures("handler")
-def test_a_signal_or_a_file_asks_to_stop_and_a_second_signal_ends_the_process(how, tmp_path):
+def test_signal_or_file_requests_a_stop(how, tmp_path):
     asked = stop_request(tmp_path)
     assert not asked()
     if how == "STOP":

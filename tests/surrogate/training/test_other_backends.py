@@ -107,6 +107,6 @@ np.testing.assert_allclose(*(one.predict_on_batch(data) for one in (with_fused_l
 
 
 @pytest.mark.parametrize("code", [COMPARED, UNUSUAL], ids=["the paper's", "other layers"])
-def test_under_torch_a_fused_copy_predicts_and_learns_as_its_model_and_leaves_other_layers_to_keras(code):
+def test_fused_lstm_learns_as_keras_does(code):
     pytest.importorskip("torch")
     subprocess.run([sys.executable, "-c", code], env={**os.environ, "KERAS_BACKEND": "torch"}, check=True)

@@ -41,12 +41,12 @@ def runs(data, tmp_path_factory):
     return folder
 
 
-def test_the_telling_steps_are_at_the_middle_and_the_end_of_each_phase():
+def test_dense_networks_read_eight_steps():
     # Of the 72 points of unloading, 16 lie before the crossing of zero.
     assert pretrained.telling_steps((22, 8, 72)) == [10, 21, 25, 29, 37, 45, 64, 101]
 
 
-def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, runs, tmp_path):
+def test_trained_model_loads_and_is_resumed(data, runs, tmp_path):
     runs = shutil.copytree(runs, tmp_path / "runs")
     folder = runs / "fast"
     model = load_banded(folder)
@@ -71,7 +71,7 @@ def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, runs, tm
     assert np.all(again[:, -1, 0] != model.bands.quantiles[:, -1, 0])
 
 
-def test_training_goes_on_from_the_weights_of_a_model(data, runs, tmp_path):
+def test_training_starts_from_given_weights(data, runs, tmp_path):
     (network, _), *_ = pretrained.members_of(runs / "fast")
     again = train(data, tmp_path, replace(RECIPE, learning_rate=1e-9), start=runs / "fast")
     ((same, record),) = pretrained.members_of(again)
@@ -97,7 +97,7 @@ def test_a_model_is_the_mean_of_its_networks(data, tmp_path):
     assert np.abs(alone.predict(SCENE, PROTOCOL).force - predicted.force).max() > 1e-3
 
 
-def test_networks_that_no_start_has_are_refused_before_anything_is_computed(data, runs, tmp_path):
+def test_start_of_other_networks_is_refused(data, runs, tmp_path):
     with pytest.raises(ValueError, match=r"--start must hold the networks \[\('dense', \(6,\)\)\]; received none"):
         train(data, tmp_path, None)
     for networks in ((LSTM,), (("dense", (7,)),), (DENSE, DENSE)):
@@ -106,14 +106,14 @@ def test_networks_that_no_start_has_are_refused_before_anything_is_computed(data
     assert not (tmp_path / "again").exists()
 
 
-def test_published_models_are_of_the_networks_that_are_trained():
+def test_published_networks_are_the_stated():
     for name, networks in pretrained.NETWORKS.items():
         run = json.loads((PUBLISHED_BANDED / name / "run.json").read_text())
         assert [(one["layers"], tuple(one["units"])) for one in run["members"]] == list(networks)
         assert {kind for kind, _ in networks} <= pretrained.RECIPES.keys()
 
 
-def test_dense_layers_get_the_steps_they_read(runs):
+def test_unread_steps_do_not_matter(runs):
     model = load_banded(runs / "fast")
     assert len(model.network.steps) == 8
     found = model.predict(SCENE, PROTOCOL).force

@@ -35,7 +35,7 @@ def test_plain_names(name):
 
 
 @pytest.mark.parametrize("label", [*PATHS, "STOP", "stop", "mine.onnx"])
-def test_a_label_is_refused_before_anything_is_read(label, tmp_path, monkeypatch, dataset_path):
+def test_bad_label_is_refused_at_once(label, tmp_path, monkeypatch, dataset_path):
     (tmp_path / "work").mkdir()
     (tmp_path / "victim").mkdir()
     (tmp_path / "victim" / "thesis.tex").write_text("precious")
@@ -50,7 +50,7 @@ def test_a_label_is_refused_before_anything_is_read(label, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_every_other_name_that_becomes_a_path_is_plain(name, tmp_path, dataset):
+def test_names_that_become_paths_are_plain(name, tmp_path, dataset):
     for use in (
         lambda: Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), label=name or "."),
         lambda: Variant(label=name, architecture="M1-concat", recipe="swift"),
@@ -71,7 +71,7 @@ def test_a_path_is_not_looked_for_as_a_name(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["thesis.tex", "run.json"])
-def test_a_folder_that_is_no_model_directory_is_never_removed(name, tmp_path):
+def test_other_folders_are_never_removed(name, tmp_path):
     (tmp_path / "run" / "model").mkdir(parents=True)
     place = tmp_path / "mine"
     if name == "run.json":
@@ -90,7 +90,7 @@ def test_a_folder_that_is_no_model_directory_is_never_removed(name, tmp_path):
     assert contents(tmp_path) == before
 
 
-def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
+def test_model_is_replaced_as_a_whole(tmp_path):
     model_directory(tmp_path / "run" / "model", name="new")
     old = model_directory(tmp_path / "elsewhere" / "mine", name="old")
     models = tmp_path / "models"
@@ -113,7 +113,7 @@ def test_notes_of_a_user_stay(tmp_path):
     assert (tmp_path / "noted" / "README.md").read_text() == "my notes"
 
 
-def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):
+def test_failed_replacement_keeps_the_model(tmp_path, monkeypatch):
     model_directory(tmp_path / "run" / "model", name="new")
     place = model_directory(tmp_path / "models" / "mine", name="old")
     rename = type(place).rename
@@ -131,7 +131,7 @@ def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("label", ["M2-concat", "mine"])
-def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, dataset, dataset_path, monkeypatch):
+def test_published_label_is_not_overwritten(label, tmp_path, dataset, dataset_path, monkeypatch):
     recipe = tmp_path / "mine.toml"
     recipe.write_text('name = "mine"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n')
     place = trained_as(tmp_path / "models" / label, dataset, Recipe.load(recipe), architecture="M1-concat")
@@ -160,7 +160,7 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     assert contents(tmp_path) == before
 
 
-def test_a_place_that_cannot_be_written_is_refused_before_hours_of_training(tmp_path, monkeypatch):
+def test_unwritable_place_is_refused_at_once(tmp_path, monkeypatch):
     require_place(tmp_path / "models" / "mine")
     monkeypatch.setattr("os.access", lambda place, _: Path(place) != tmp_path)
     with pytest.raises(ValueError, match="must be one that can be written"):

@@ -66,7 +66,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("old", "new", "said"), REFUSED, ids=range(len(REFUSED)))
-def test_a_bad_recipe_is_one_sentence_that_names_what_is_allowed(old, new, said, tmp_path):
+def test_bad_recipe_gives_one_sentence(old, new, said, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(WHOLE.replace(old, new))
     with pytest.raises(ValueError, match=said) as refused:
@@ -100,7 +100,7 @@ def rates(recipe, at, steps=20):
     return [float(keras.ops.convert_to_numpy(schedule(step))) for step in at]
 
 
-def test_the_rate_rises_to_its_peak_and_falls_by_half_a_cosine_to_zero():
+def test_rate_warms_up_and_falls_by_a_cosine():
     warmed = replace(RECIPE, cosine=Cosine(warmup_epochs=2))
     # 200 steps, of which 40 rise; half of the other 160 are done at step 120.
     assert rates(warmed, (0, 20, 40, 120, 200)) == pytest.approx([0.0, 0.05, 0.1, 0.05, 0.0], abs=1e-7)
@@ -111,7 +111,7 @@ def test_the_rate_rises_to_its_peak_and_falls_by_half_a_cosine_to_zero():
     assert rates(endless, (0, 199), steps=20) == pytest.approx([0.0, 0.1], abs=1e-7)
 
 
-def test_a_recipe_sets_clipping_and_the_averages_time_constant():
+def test_recipe_sets_clipping_and_averaging():
     found = compiled(replace(RECIPE, gradient_norm=0.7, weight_average=0.1))
     assert (found.global_clipnorm, found.use_ema) == (0.7, True)
     # A tenth of 200 steps.
@@ -121,7 +121,7 @@ def test_a_recipe_sets_clipping_and_the_averages_time_constant():
     assert float(keras.ops.convert_to_numpy(compiled(RECIPE).learning_rate)) == pytest.approx(0.1)
 
 
-def test_every_epoch_sees_all_examples_once_in_an_order_of_seed_and_epoch():
+def test_seed_and_epoch_order_the_batches():
     numbers = np.arange(10.0).reshape(-1, 1, 1)
     examples, orders = Examples(sequence=numbers, tabor=numbers[:, 0], force=numbers), {}
     for seed, epoch in ((3, 0), (3, 1), (4, 0), (3, 0)):
@@ -141,7 +141,7 @@ def test_every_epoch_sees_all_examples_once_in_an_order_of_seed_and_epoch():
 @pytest.mark.parametrize(
     ("errors", "over"), [([5, 4, 6, 6, 3, 6, 6, 6], False), ([5, 4, 6, 6, 3, 6, 6, 6, 6], True), ([9] * 10, True)]
 )
-def test_a_training_ends_by_early_stopping_or_by_its_epochs(errors, over):
+def test_early_stopping_or_epochs_end_it(errors, over):
     progress = Progress([{"validation_mse": error} for error in errors])
     assert is_over(ON_PLATEAU, progress) == over
     assert is_over(RECIPE, progress) == (len(errors) == 10)

@@ -23,7 +23,7 @@ def test_a_vector_moves_as_under_adam():
     np.testing.assert_allclose(ours, theirs, rtol=1e-5)
 
 
-def test_turned_and_badly_scaled_problem_needs_fewer_steps_than_with_adam():
+def test_scaled_problem_needs_fewer_steps():
     rng = np.random.default_rng(0)
     left, right = (np.linalg.qr(rng.normal(size=(8, 8)))[0].astype(np.float32) for _ in range(2))
     left_scale, right_scale = (np.geomspace(1, 30, 8, dtype=np.float32) for _ in range(2))
@@ -42,7 +42,7 @@ def test_turned_and_badly_scaled_problem_needs_fewer_steps_than_with_adam():
     assert loss(ours) < 0.2 * loss(theirs) < 0.2 * loss(start)
 
 
-def test_bases_stay_orthogonal_and_find_the_eigenvectors():
+def test_bases_are_orthogonal_eigenvectors():
     rng = np.random.default_rng(1)
     turn = np.linalg.qr(rng.normal(size=(6, 6)))[0].astype(np.float32)
     draws = iter(turn @ np.diag([8, 4, 2, 1, 0.5, 0.25]) @ rng.normal(size=(6, 200)) for _ in range(150))
@@ -62,7 +62,7 @@ def test_bases_stay_orthogonal_and_find_the_eigenvectors():
         ("M1-FiLM", "film", 1),
     ],
 )
-def test_kernels_are_split_into_gates_and_heads_and_joined_again(model, layer, count):
+def test_kernels_split_into_gates_and_heads(model, layer, count):
     found = [v for v in build(model).get_layer(layer).trainable_variables if len(v.shape) > 1]
     blocks = [_Blocks.of(variable) for variable in found]
     assert max(part.count for part in blocks) == count
@@ -75,7 +75,7 @@ def test_kernels_are_split_into_gates_and_heads_and_joined_again(model, layer, c
         np.testing.assert_array_equal(blocks[1].split(found[1].value)[2], recurrent[:, 512:768])
 
 
-def test_configuration_makes_an_equal_optimizer():
+def test_configuration_round_trip():
     optimizer = Soap(1e-3, beta_1=0.8, basis_every=7, global_clipnorm=1.0)
     again = keras.optimizers.deserialize(keras.optimizers.serialize(optimizer))
     assert isinstance(again, Soap)
