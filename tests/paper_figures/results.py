@@ -1,6 +1,6 @@
 """Small made-up results."""
 
-from surrogate.architectures.naming import names
+from surrogate.architectures.naming import paper_names
 
 SPREAD = {"count": 3, "median": 0.02, "low": 0.01, "high": 0.03, "p95": 0.05, "largest": 0.06, "mean": 0.02}
 UNKNOWN = dict.fromkeys(SPREAD)
@@ -27,7 +27,7 @@ def comparison(trained, by_recipe=()):
         }
         for rank, name in enumerate(trained)
     }
-    missing = [name for name in names() if name not in trained]
+    missing = [name for name in paper_names() if name not in trained]
     beside = {"M1-concat-large": models[trained[0]] | {"training_trajectories": 120_000}}
     twice = {name: {key: 2 * models[name][key] for key in ("mse", "mae", "dtw_rmse")} for name in by_recipe}
     beside |= {f"{name}-paper": models[name] | errors | {"recipe": {"name": "paper"}} for name, errors in twice.items()}
@@ -65,7 +65,7 @@ def ranking(seeds):
         middle = sorted(values)[count // 2]
         ends = {"min": values[0], "median": middle, "max": values[-1], "low": 0.8 * middle, "high": 1.3 * middle}
         spread[name] = dict.fromkeys(metrics, ends)
-    missing = {name: list(range(seeds.get(name, 0), 3)) for name in names() if seeds.get(name, 0) < 3}
+    missing = {name: list(range(seeds.get(name, 0), 3)) for name in paper_names() if seeds.get(name, 0) < 3}
     orders = (("M2-concat", 0.5, "tie"), ("M3-concat", 1.0, "holds"), ("M4-concat", None, "not decided"))
     pairs = [
         {

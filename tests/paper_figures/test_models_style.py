@@ -1,11 +1,11 @@
 """How a model looks in every figure, and how those that are missing are named."""
 
 from paper_figures.style import drawing, models_style
-from surrogate.architectures.naming import names
+from surrogate.architectures.naming import paper_names
 
 
 def test_each_model_has_one_look():
-    looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in names()}
+    looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in paper_names()}
     assert len(looks) == 18
     assert models_style.marker("M1-concat")["marker"] == "^"
     assert models_style.color("M1-concat") == drawing.BLUE

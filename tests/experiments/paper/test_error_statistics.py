@@ -9,7 +9,7 @@ from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.trainings.data_efficiency import share
 from experiments.trainings.data_efficiency import variants as shares
 from experiments.trainings.feature_sets import variants as feature_variants
-from surrogate.architectures.naming import FAMILIES, Family, names
+from surrogate.architectures.naming import FAMILIES, Family, names, paper_names
 from tests.experiments import models
 from tests.experiments.models import COLUMNS, SPLIT
 
@@ -103,9 +103,9 @@ def test_missing_models_leave_ranking_open(tmp_path, dataset):
 @pytest.mark.parametrize(
     ("errors", "best", "second", "conditioning"),
     [
-        ({name: 18.0 - rank for rank, name in enumerate(names())}, "M6-gated", "M6", "gated"),
+        ({name: 18.0 - rank for rank, name in enumerate(paper_names())}, "M6-gated", "M6", "gated"),
         # The second family is the best of the others, even if the first is not the reference's.
-        ({name: {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0) for name in names()}, "M4-concat", "M4", "concat"),
+        ({name: {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0) for name in paper_names()}, "M4-concat", "M4", "concat"),
     ],
 )
 def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, dataset):
@@ -149,7 +149,7 @@ def test_paper_recipe_summary_waits_for_all():
     def one(mse, hours):
         return {"validation_mse": 2.0 * mse, "epochs": int(hours), "ended_by": "recipe", "mse": mse}
 
-    beside = {f"{name}-paper": one(1e-4, rank + 1.0) for rank, name in enumerate(names())}
+    beside = {f"{name}-paper": one(1e-4, rank + 1.0) for rank, name in enumerate(paper_names())}
     beside |= {
         f"M1-concat-inputs-{name}-paper": one(mse, 1.0) for name, mse in zip("ABC", (9e-4, 3e-4, 2e-4), strict=True)
     }

@@ -6,7 +6,7 @@ from experiments.paper.architecture_graphs import graph
 from paper_figures.figures import figure_1, figure_4
 from paper_figures.models import figure_architectures
 from paper_figures.style import drawing, models_style, schematics
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, names
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, paper_names
 
 
 def test_figure_1_shows_the_computed_force(examples):
@@ -68,7 +68,7 @@ INPUT = layer("sequence", "InputLayer", 4, "history")
 def test_architectures_are_drawn_from_graphs():
     layers = [INPUT, layer("tabor", "InputLayer", 1, "Tabor"), layer("a", "LSTM", 7, "LSTM 7", "sequence")]
     layers.append(layer("g", "TaborGate", 7, "Gate", "a", "sequence", "tabor"))
-    graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
+    graphs = {name: {"parameters": 10, "layers": layers} for name in paper_names()}
     panels = figure_architectures.compose({"models": graphs}).axes
     assert len(panels) == 6
     for axes in panels:
@@ -91,7 +91,7 @@ def test_own_family_changes_no_paper_figure(monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", Family("one more"))
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6
-    graphs = {name: {"parameters": 10, "layers": [INPUT]} for name in names()}
+    graphs = {name: {"parameters": 10, "layers": [INPUT]} for name in paper_names()}
     assert [axes.get_title(loc="left")[:7] for axes in figure_architectures.compose({"models": graphs}).axes] == [
         f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
     ]

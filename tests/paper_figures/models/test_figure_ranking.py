@@ -5,20 +5,20 @@ import pytest
 from paper_figures.models import figure_ranking
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_ranking
-from surrogate.architectures.naming import names
+from surrogate.architectures.naming import paper_names
 from tests.paper_figures.results import comparison, ranking
 
 
 def test_seeds_are_points_and_intervals_bars():
-    seeds = dict.fromkeys(names(), 3)
+    seeds = dict.fromkeys(paper_names(), 3)
     study = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
     study["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
-    drawn = figure_ranking.compose(study, comparison(names(), by_recipe=["M2-FiLM"]))
+    drawn = figure_ranking.compose(study, comparison(paper_names(), by_recipe=["M2-FiLM"]))
     for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
         assert axes.get_yscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
-        assert list(points) == names()
+        assert list(points) == paper_names()
         (theirs,) = [line for line in axes.lines if line.get_markeredgecolor() == drawing.BLACK]
         assert theirs.get_color() == models_style.color("M2-FiLM")
         for name, line in points.items():
@@ -26,7 +26,7 @@ def test_seeds_are_points_and_intervals_bars():
             assert line.get_color() == models_style.color(name)
         bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
         low, high = axes.get_ylim()
-        ends = [study["spread"][name][metric] for name in names()]
+        ends = [study["spread"][name][metric] for name in paper_names()]
         assert bars == [pytest.approx((interval["low"], interval["high"])) for interval in ends]
         assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high < 1e3
         assert not axes.texts

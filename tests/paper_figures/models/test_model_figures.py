@@ -7,12 +7,12 @@ from paper_figures.figures import figure_5
 from paper_figures.models import figure_features, figure_learning_curves, figure_mse_mae, figure_plateau
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
-from surrogate.architectures.naming import FAMILIES, names
+from surrogate.architectures.naming import FAMILIES, paper_names
 from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, ranking
 
 
 def test_other_recipe_is_not_untrained(cracks):
-    compared = outdated(comparison(names()), "M2-FiLM")
+    compared = outdated(comparison(paper_names()), "M2-FiLM")
     kept = [figure_mse_mae.compose(compared), figure_learning_curves.compose(compared)]
     kept.append(figure_5.compose(compared, cracks, efficiency()))
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
@@ -21,11 +21,11 @@ def test_other_recipe_is_not_untrained(cracks):
     assert "ot trained yet" not in text
 
 
-@pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
+@pytest.mark.parametrize("trained", [["M1-concat"], paper_names()], ids=["one", "all"])
 def test_figure_mse_mae_names_untrained(trained):
     drawn = figure_mse_mae.compose(comparison(trained))
     axes = drawn.axes[0]
-    plotted = {line.get_label(): line for line in axes.lines if line.get_label() in names()}
+    plotted = {line.get_label(): line for line in axes.lines if line.get_label() in paper_names()}
     assert list(plotted) == trained
     assert plotted["M1-concat"].get_xydata().tolist() == [[1e-3, 1e-2]]
     assert plotted["M1-concat"].get_color() == models_style.color("M1-concat")
@@ -36,14 +36,14 @@ def test_figure_mse_mae_names_untrained(trained):
 
 
 def test_paper_recipe_is_in_first_panel_only():
-    panels = figure_mse_mae.compose(comparison(names(), ["M1-concat"])).axes
+    panels = figure_mse_mae.compose(comparison(paper_names(), ["M1-concat"])).axes
     assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
 
 
 def test_figure_plateau_draws_published_ones():
     with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
-        figure_plateau.compose(comparison(names()))
-    compared = comparison(names(), ["M1-concat"])
+        figure_plateau.compose(comparison(paper_names()))
+    compared = comparison(paper_names(), ["M1-concat"])
     compared["beside"]["M1-concat-as-worded"] = {"history": HISTORY | {"learning_rate": [1e-4] * 3}}
     errors, rates = figure_plateau.compose(compared).axes
     assert [line.get_label() for line in rates.lines] == list(figure_plateau.LOOKS)
@@ -62,7 +62,7 @@ def test_figure_5_with_one_model(cracks):
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
     assert "1.25 %" in energies.get_title(loc="right")
-    shares = figure_5.compose(comparison(names()), cracks, efficiency()).axes[3]
+    shares = figure_5.compose(comparison(paper_names()), cracks, efficiency()).axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [25.0, 0.04], [75.0, 1.0 / 75.0]])
     assert shares.containers[0].get_label() == "mean of 1 or 2 folds"
@@ -70,7 +70,7 @@ def test_figure_5_with_one_model(cracks):
 
 
 def test_curve_figures_name_what_is_missing():
-    for axes in figure_learning_curves.compose(comparison(names())).axes:
+    for axes in figure_learning_curves.compose(comparison(paper_names())).axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
     for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
@@ -95,16 +95,16 @@ def whiskers(axes):
 
 
 def test_seeds_are_medians_with_whiskers(cracks):
-    compared, spread = comparison(names()), ranking(SEEDS)
+    compared, spread = comparison(paper_names()), ranking(SEEDS)
     kept = figure_mse_mae.compose(compared, spread), figure_5.compose(compared, cracks, efficiency(), spread)
     for axes, x, y, single in (
         (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
         (kept[1].axes[1], None, "test_dtw_rmse", None),
     ):
         plotted = {
-            line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() in names()
+            line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() in paper_names()
         }
-        assert list(plotted) == names()
+        assert list(plotted) == paper_names()
         ends = whiskers(axes)
         assert len(ends) == 2
         for name in ("M1-concat", "M1-gated"):
@@ -114,10 +114,10 @@ def test_seeds_are_medians_with_whiskers(cracks):
             assert ends[plotted[name][0]] == pytest.approx([ends_of_model[y]["min"], ends_of_model[y]["max"]])
         # One seed beside the published training is no spread.
         assert single is None or plotted["M1-FiLM"] != plotted["M2-concat"]
-        assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
+        assert x is None or plotted["M2-concat"][0] == comparison(paper_names())["models"]["M2-concat"]["mse"]
     for drawn in kept:
         assert drawn.get_supxlabel() == NOTE
-    compared, spread = comparison(names()), ranking(SEEDS)
+    compared, spread = comparison(paper_names()), ranking(SEEDS)
     kept = figure_5.compose(compared, cracks, efficiency(), spread), figure_learning_curves.compose(compared, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
         (band,) = axes.collections
