@@ -226,7 +226,8 @@ def _along(values: Value) -> Value:
 def _memories(times: Value, indentations: Value, hertz: Value, ratio: Value) -> list[Value]:
     """Memories of the force of Hertz and of the indentation at the relaxation time, and at the retardation time.
 
-    Each obeys m_i = a_i m_(i-1) + b_i with the decay a and the gain b of its step. Decays and gains of all steps are
+    A graph holds no call of `bem.dataset.physical_steps.carried`, so that recursion stands here again, as m_i = a_i
+    m_(i-1) + b_i with the decay a and the gain b of each step. Decays and gains of all steps are
     computed at once, so that only this recurrence runs step by step.
     """
     graph, duration, change = times.graph, times.rise(), indentations.rise()
