@@ -84,7 +84,7 @@ class Network:
         raise NotImplementedError
 
     def content(self) -> bytes:
-        """Return an ONNX file with the network."""
+        """Return the ONNX file of the network."""
         raise NotImplementedError
 
 
@@ -146,16 +146,6 @@ class KerasNetwork(Network):
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """See `Network.scaled`."""
         return np.asarray(self.model.predict_on_batch([sequence, tabor]))[..., 0]
-
-    def content(self) -> bytes:
-        """Return the model as an ONNX file.
-
-        Raises:
-            NotExportableError: it has a layer that cannot be exported.
-        """
-        from surrogate.onnx.export import file_content
-
-        return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
 
 
 def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:
