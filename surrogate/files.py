@@ -41,15 +41,9 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         FileNotFoundError: there is no such model directory or ONNX file.
         ValueError: the name is not that of a model.
     """
-    if not isinstance(name, str | Path):
-        raise ValueError(f"name must be a model's name or path; received {shown(name)}")
     path = Path(name)
     named = str(name) == path.name and path.name not in ("", "..")
-    try:
-        is_directory = (path / "run.json").is_file() and (isinstance(name, Path) or not named)
-    except OSError as error:
-        raise ValueError(f"name must be a model's name or path; received {shown(str(name))}") from error
-    if is_directory:
+    if (path / "run.json").is_file() and (isinstance(name, Path) or not named):
         return path
     if path.suffix == ".onnx":
         if not path.is_file():

@@ -60,9 +60,6 @@ class Bands:
         edges: Expected errors that divide the groups outside the corners, shape `(5, GROUPS - 1)`.
         shape: Errors of the force at each step over the expected one, by group, shape `(GROUPS, steps)`.
         quantiles: Of the judged errors of `RESULTS` and `BANDS`, shape `(5, CELLS, len(LEVELS))`.
-
-    Raises:
-        ValueError: An array has another shape.
     """
 
     ranges: np.ndarray
@@ -72,20 +69,6 @@ class Bands:
     quantiles: np.ndarray
     largest_coverage = LEVELS[-1]
     """The largest share of true values that bands can be asked to contain."""
-
-    def __post_init__(self) -> None:
-        # Compiled code reads them without a check.
-        kinds = len(RESULTS + BANDS)
-        expected = {
-            "ranges": (len(KNOWN), 2),
-            "coefficients": (kinds, FACTORS.shape[1]),
-            "edges": (kinds, GROUPS - 1),
-            "shape": (GROUPS, *self.shape.shape[-1:]),
-            "quantiles": (kinds, CELLS, len(LEVELS)),
-        }
-        for name, shape in expected.items():
-            if (received := getattr(self, name).shape) != shape:
-                raise ValueError(f"{name} must be of shape {shape}; received shape {received}")
 
     @classmethod
     def calibrate(

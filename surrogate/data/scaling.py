@@ -11,7 +11,6 @@ subtracted, and the difference is divided by its standard deviation.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
@@ -26,6 +25,7 @@ from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
+MOMENTS = ("channel_mean", "channel_scale", "tabor", "force")
 
 PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
 """Modulus ratio by `TrajectoryDataset.sha256`, for models whose `ranges` were saved without the modulus ratio."""
@@ -163,15 +163,9 @@ class Scaling:
             stored = parse_json(text)
             if (stored.pop("format"), stored.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
-            texts: dict[str, Any] = {name: stored.pop(name) for name in ("features", "dataset_sha256")}
-            if not all(isinstance(text, str) for text in texts.values()):
-                raise TypeError("no text")
-            ranges = {name: _finite(bounds, 2) for name, bounds in stored.pop("ranges").items()}
-            sizes = {"channel_mean": None, "channel_scale": None, "tabor": 2, "force": 2}
-            moments: dict[str, Any] = {name: _finite(stored[name], size) for name, size in sizes.items()}
-            scaling = cls(**texts, **moments, ranges=ranges)
-            if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
-                raise ValueError("a deviation that is not above zero")
+            ranges = {name: (float(low), float(high)) for name, (low, high) in stored["ranges"].items()}
+            moments: dict[str, Any] = {name: tuple(map(float, stored[name])) for name in MOMENTS}
+            scaling = cls(stored["features"], **moments, ranges=ranges, dataset_sha256=stored["dataset_sha256"])
             if {len(channel_names(scaling.features))} != {len(scaling.channel_mean), len(scaling.channel_scale)}:
                 raise ValueError("moments of other channels than those of the feature set")
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
@@ -198,15 +192,6 @@ class Scaling:
         except ValueError as error:
             raise ValueError(f"a scaling must be a {FORMAT} file; received {path} ({error})") from error
         return cls.from_json(text, source=path)
-
-
-def _finite(values: Any, size: int | None = None) -> tuple[Any, ...]:
-    """Return a list of finite numbers, of a known length or of any."""
-    if not isinstance(values, list) or size not in (None, len(values)):
-        raise TypeError("no list of that length")
-    if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
-        raise ValueError("no finite numbers")
-    return tuple(values)
 
 
 def _transformed(channels: np.ndarray, features: str) -> np.ndarray:

@@ -79,7 +79,7 @@ def file_content(
 
     Raises:
         NotExportableError: the model has layers unknown to `surrogate.onnx.keras_layers`.
-        ValueError: the model has weights that are not finite, or its inputs need a modulus ratio that is not known.
+        ValueError: its inputs need a modulus ratio that is not known.
     """
     graph = OnnxGraph()
     if scaling.features in NEEDS_MATERIAL:

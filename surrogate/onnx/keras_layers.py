@@ -37,7 +37,6 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
 
     Raises:
         NotExportableError: the class or a setting of a layer is not supported; the message names the layer.
-        ValueError: a weight is not finite.
     """
     results = {"sequence": sequence, "tabor": tabor}
     layers = {layer.name: layer for layer in model.layers}
@@ -65,8 +64,6 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
             raise NotExportableError(
                 f"{layer_class} must be on a sequence; received layer {name!r} on the Tabor parameter"
             )
-        if bad := [weight.path for weight in layers[name].weights if not np.isfinite(_array(weight)).all()]:
-            raise ValueError(f"weights must be finite; received NaN or infinity in {bad[0]} of {model.name}")
         inputs = [results[source] for source in _sources(arguments)]
         appended = tabor is None and layer_class == "AppendTabor" and inputs[0] == sequence
         results[name] = sequence if appended else _LAYERS[layer_class](layers[name], *inputs)

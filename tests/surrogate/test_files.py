@@ -21,23 +21,10 @@ from tests.data_files import damaged
 from tests.surrogate.conftest import scaling_of
 
 
-def test_long_names_give_a_short_sentence(tmp_path):
-    for name in ("x" * 10**5, "y" * 10**5 + "/z", "a\0b"):
-        with pytest.raises(ValueError, match=r"received .*(xxx|yyy|a)") as caught:
-            surrogate.load(name, root=tmp_path)
-        assert len(str(caught.value)) < 1500
-
-
-@pytest.mark.parametrize(
-    ("name", "threads", "message"),
-    [
-        *((name, 1, "name must be a model's name or path; received ") for name in (None, 1, b"fast", ["fast"])),
-        *(("fast", threads, "threads must be a whole number") for threads in (0, None, "2", 1.5, 10**9)),
-    ],
-)
-def test_names_and_threads_of_other_types(name, threads, message):
-    with pytest.raises(ValueError, match=message):
-        surrogate.load(name, threads=threads)
+@pytest.mark.parametrize("threads", [0, None, "2", 1.5, 10**9])
+def test_bad_numbers_of_threads_are_refused(threads):
+    with pytest.raises(ValueError, match="threads must be a whole number"):
+        surrogate.load("fast", threads=threads)
 
 
 def test_unknown_and_untrained_names(folder):

