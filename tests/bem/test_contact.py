@@ -32,7 +32,7 @@ def test_the_steps_add_up_to_the_trajectory(scene):
     np.testing.assert_allclose(forces, expected, atol=4e-3 * np.ptp(expected))
 
 
-def test_a_prescribed_force_is_that_of_a_force_protocol():
+def test_force_steps_match_a_force_protocol():
     protocol = bem.ForceProtocol([0.0, 1.0, 3.0, 4.0], [0.0, -4.0, -4.0, 1.0])
     contact = Contact(Scene(1.0, SLS))
     contact.advance(1.0, force=0.0)
@@ -43,7 +43,7 @@ def test_a_prescribed_force_is_that_of_a_force_protocol():
     np.testing.assert_allclose(depths, expected, atol=0.05)
 
 
-def test_a_copy_looks_ahead_and_leaves_the_contact_as_it_was():
+def test_copy_looks_ahead_changing_nothing():
     contact = Contact(Scene(1.0, SLS))
     contact.advance(1.0, indentation=5.0)
     before = (contact.time, contact.force, contact.indentation, contact.contact_radius)
@@ -62,7 +62,7 @@ def test_a_deeper_indentation_finds_room():
     assert force == pytest.approx(bem.simulate(Scene(1.0, SLS), path).force[-1], rel=4e-3)
 
 
-def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
+def test_impossible_step_leaves_a_status():
     contact = Contact(Scene(1.0, Elastic()))
     contact.advance(1.0, indentation=1.0)
     before = (contact.time, contact.indentation)
@@ -74,7 +74,7 @@ def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
 
 
 @pytest.mark.parametrize("step", [{"indentation": 20.0}, {"force": -60.0}, {"force": 50.0}], ids=str)
-def test_a_failed_step_leaves_the_state_exactly(step, monkeypatch):
+def test_failed_step_leaves_the_state(step, monkeypatch):
     """Also where the steps before were taken again on a larger mesh: here its budget ends the step."""
     contact = Contact(Scene(0.5, SLS), "draft", deepest=1.0)
     contact.advance(1.0, indentation=0.5)

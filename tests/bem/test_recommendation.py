@@ -29,7 +29,7 @@ def ramp(depth, rate, dwell=0.1, start=None):
 
 
 @pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
-def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
+def test_extremes_need_no_memory_or_adhesion(rate, effects):
     advice = recommend(Scene(1.0, SLS), ramp(900.0, rate, 0.0), 0.05, best="fewest")
     assert str(advice.effects) == f"{effects}, without adhesion"
     assert advice.found_by == "estimate"
@@ -45,13 +45,13 @@ def test_a_touch_needs_everything():
     assert (advice.estimate, advice.effects.everything, advice.effects.adhesion) == (0.0, True, True)
 
 
-def test_terms_out_of_reach_of_the_protocol_are_left_out():
+def test_terms_out_of_reach_are_left_out():
     broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
     advice = recommend(Scene(1.0, broad), ramp(20.0, 20.0, 0.5), 0.02, best="fewest")
     assert (advice.effects.first, advice.effects.last) == (1, 2)
 
 
-def test_left_out_terms_are_what_the_full_solid_does():
+def test_left_out_terms_change_little():
     """Frozen and relaxed terms, simulated beside the full solid whose times are far away from the protocol."""
     scene, protocol = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5])), ramp(4.0, 4.0, 0.2, -10.0)
     simple, path = reduced(scene, protocol, Effects(adhesion=True, first=1, last=2, of=3))
@@ -71,7 +71,7 @@ def test_promise_holds_on_a_random_sample():
 
 
 @pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
-def test_other_quantities_are_decided_by_simulation(quantity):
+def test_other_quantities_are_simulated(quantity):
     advice = recommend(Scene(0.3, SLS), ramp(3.0, 1e-2, 1.0), 0.3, quantity=quantity, best="fewest")
     assert advice.found_by in ("simulation", "nothing is left out")
     if quantity == "pull_off_force":
@@ -101,7 +101,7 @@ def test_the_choices_of_a_scene():
     assert frozen.spring == 2.0  # force and indentation keep their units
 
 
-def test_a_peak_below_contact_is_a_protocol_like_others():
+def test_peak_below_contact_is_a_protocol():
     advice = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
     assert advice.effects.terms == 0
     assert advice.scene.tabor != 1.0
@@ -109,26 +109,26 @@ def test_a_peak_below_contact_is_a_protocol_like_others():
 
 
 @pytest.mark.parametrize("best", ["cheapest", "fewest"])
-def test_choices_out_of_the_range_of_scenes_are_none(best):
+def test_choices_outside_scenes_are_none(best):
     rigid = Scene(SMALLEST_TABOR, SLS)
     assert all(reduced(rigid, ramp(1.0, 1.0), effects)[0].tabor >= SMALLEST_TABOR for effects in choices(rigid))
     assert recommend(rigid, ramp(1.0, 1.0), 0.05, best=best).scene.tabor >= SMALLEST_TABOR
 
 
-def test_the_cheapest_is_never_dearer_than_the_full_scene():
+def test_cheapest_costs_no_more_than_full():
     slow, scene = ramp(5.0, 1e-2), Scene(5.0, SLS)
     fewest, cheapest = (recommend(scene, slow, 0.3, best=best) for best in ("fewest", "cheapest"))
     assert fewest.effects.terms == 0
     assert cheapest.cost <= min(fewest.cost, 1.0)
 
 
-def test_operations_say_which_scene_is_slower():
+def test_operations_tell_the_slower_scene():
     touch, press = (bem.simulate(Scene(1.0, SLS), ramp(depth, 10.0), "draft") for depth in (0.5, 50.0))
     assert 0.0 < operations(touch) < operations(press)
     assert operations(bem.simulate(Scene(1e4, SLS), ramp(50.0, 10.0))) == np.inf
 
 
-def test_contact_radii_are_given_in_the_units_of_the_full_scene():
+def test_radii_have_the_full_scenes_units():
     """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
     scene = Scene(1.0, SLS, HardContact())
     advice = recommend(scene, ramp(9.0, 1e7, 0.0), 0.05, best="fewest")
@@ -139,7 +139,7 @@ def test_contact_radii_are_given_in_the_units_of_the_full_scene():
     assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
 
 
-def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
+def test_only_a_stiff_spring_is_left_out():
     protocol = ramp(5.0, 5.0, 0.0, -9.0)
     stiff, soft = (recommend(Scene(1.0, SLS, spring=k), protocol, 0.02, best="fewest") for k in (1e5, 1.0))
     assert str(stiff.effects) == "viscoelastic, adhesive"
@@ -150,7 +150,7 @@ def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
     assert soft.found_by == "nothing is left out"
 
 
-def test_the_files_and_the_picture_that_the_page_names_are_there():
+def test_files_named_by_the_page_exist():
     text = PAGE.read_text(encoding="utf-8")
     rows = re.findall(r"^\| .*\|(.*)\|$", text.split("Code in `bem/methods/`")[1], flags=re.MULTILINE)
     named = re.findall(r"`([\w./]+(?:\.py|/))`", "".join(rows))

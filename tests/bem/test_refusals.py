@@ -229,6 +229,6 @@ def test_a_wrong_quantity_is_named(call, changes, message):
     assert "\n" not in str(error.value)
 
 
-def test_the_quantities_of_a_cycle_are_given_by_name():
+def test_cycle_quantities_are_named():
     with pytest.raises(TypeError):
         LoadingProtocol(10.0, 2.0, 0.5, 4.0)

@@ -20,7 +20,7 @@ def run(material=SOFT, adhesion=None, tabor=1.0, protocol=PROTOCOL, accuracy="dr
     return completed(scene, protocol, accuracy, **options)
 
 
-def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
+def test_arrays_are_float64_and_meet_ends():
     trajectory = run()
     for name in ARRAYS:
         values = getattr(trajectory, name)
@@ -33,7 +33,7 @@ def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
     assert trajectory.time[-1] == pytest.approx(PROTOCOL.phase_times(1.0)[-1])
 
 
-def test_phases_that_do_not_occur_take_no_steps():
+def test_absent_phases_take_no_steps():
     with_dwell = run().stats
     without = run(protocol=dataclasses.replace(PROTOCOL, dwell_time=0.0)).stats
     assert set(with_dwell.steps_by_phase) == {"loading", "dwell", "unloading"}
@@ -53,7 +53,7 @@ def test_a_tighter_accuracy_spends_more():
     assert draft.nodes < standard.nodes < reference.nodes
 
 
-def test_an_impossible_scene_says_so_with_the_figure_before_it_starts():
+def test_impossible_scene_is_not_started():
     protocol = dataclasses.replace(PROTOCOL, peak_indentation=100.0)
     trajectory = simulate(Scene(tabor=200.0, material=SOFT), protocol)
     assert trajectory.status.startswith("not started: the contact edge needs ")
@@ -65,7 +65,7 @@ def test_an_impossible_scene_says_so_with_the_figure_before_it_starts():
 
 
 @pytest.mark.parametrize(("tabor", "last"), [(0.5, -2.0), (2.5, -6.0), (2.5, 21.0)])
-def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, last):
+def test_slow_drift_keeps_the_earlier_grid(tabor, last):
     times, depths = [0.0, 0.4, 0.5, 0.9, 1.3, 5001.3], [-5.5, 20.0, 20.0, -5.5, 20.0 if last > 0.0 else -5.5, last]
     usual = run(protocol=PiecewiseLinearProtocol(times[:-1], depths[:-1]), tabor=tabor, accuracy="standard")
     followed = run(protocol=PiecewiseLinearProtocol(times, depths), tabor=tabor, accuracy="standard")
@@ -79,7 +79,7 @@ def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, l
     np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
 
 
-def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
+def test_accuracy_is_that_of_the_last_mesh(monkeypatch):
     module = simulation
     march, problem_of, accuracies = module.march, module.problem_of, []
 
@@ -113,7 +113,7 @@ def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
         (Scene(1.0, SOFT), PROTOCOL, functools.partial(simulate_paper_method, nodes=40, steps=40)),
     ],
 )
-def test_the_work_is_bounded_and_what_was_computed_is_kept(scene, protocol, method):
+def test_budget_keeps_what_was_computed(scene, protocol, method):
     unlimited = method(scene, protocol)
     budget = 0.7 * unlimited.stats.multiply_adds
     bounded = method(scene, protocol, most_work=budget)
@@ -155,7 +155,7 @@ LARGE_MU = {
 }
 
 
-def test_a_large_contact_pulled_beyond_its_fold_is_released():
+def test_contact_beyond_its_fold_is_released():
     trajectory = simulate(*LARGE_MU["40"], "draft")
     assert (trajectory.status, trajectory.stats.attempts) == ("completed", 1)
     assert trajectory.detached
@@ -169,20 +169,20 @@ def test_a_large_contact_pulled_beyond_its_fold_is_released():
 @pytest.mark.slow
 @pytest.mark.parametrize("accuracy", ["draft", 1e-3])
 @pytest.mark.parametrize("name", LARGE_MU)
-def test_a_large_tabor_parameter_ends_at_its_budget(name, accuracy):
+def test_large_tabor_ends_at_its_budget(name, accuracy):
     trajectory = simulate(*LARGE_MU[name], accuracy, most_work=5e9)
     assert trajectory.status.removeprefix("not started: ").startswith("stopped at the budget of 5e+09 multiply-adds; ")
     assert trajectory.stats.multiply_adds < 5.5e9
 
 
-def test_a_held_contact_relaxes_to_the_elastic_force():
+def test_held_contact_relaxes_to_elastic():
     path = PiecewiseLinearProtocol([0.0, 1e-3, 60.0], [-1.0, 3.0, 3.0])
     held, elastic = (run(material=material, protocol=path, accuracy=1e-3) for material in (SOFT, Elastic()))
     assert held.force[-1] == pytest.approx(elastic.force[-1], rel=1e-3)
     assert held.max_compression < 3.0 * elastic.max_compression
 
 
-def test_a_jump_is_recorded_twice_at_its_instant():
+def test_jump_is_recorded_twice():
     protocol = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
     trajectory = run(material=Elastic(), tabor=3.0, protocol=protocol, accuracy="standard")
     assert len(trajectory.jumps) == 2
@@ -198,7 +198,7 @@ def test_a_jump_is_recorded_twice_at_its_instant():
 
 @pytest.mark.parametrize("far", [1.0, 2.0, 5.0, 10.0])
 @pytest.mark.parametrize("tabor", [0.02, 0.05])
-def test_the_pull_before_contact_is_in_the_history_of_a_nearly_rigid_solid(tabor, far):
+def test_pull_before_contact_is_recorded(tabor, far):
     """Its gap is predicted over any distance, so nothing but the course of the force keeps steps from leaping it."""
     protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-far, 2.0, -far])
     trajectory = simulate(Scene(tabor, StandardLinearSolid(0.1)), protocol)

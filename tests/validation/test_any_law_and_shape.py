@@ -98,7 +98,7 @@ def second_solver(tabor, ratio, exponent, adhesion, protocol):
         (0.7, 0.3, 3.0, Exponential()),
     ],
 )
-def test_a_second_solver_finds_the_same_forces(tabor, ratio, exponent, adhesion):
+def test_second_solver_agrees(tabor, ratio, exponent, adhesion):
     protocol = ramps(3.0, 3.0, 0.5, 6.0)
     times, force = second_solver(tabor, ratio, exponent, adhesion, protocol)
     trajectory = completed(
@@ -109,7 +109,7 @@ def test_a_second_solver_finds_the_same_forces(tabor, ratio, exponent, adhesion)
 
 
 @pytest.mark.parametrize(("tabor", "exponent"), [(0.334, 6.0), (0.334, 8.0), (0.13, 8.0)])
-def test_an_elastic_flat_tip_under_a_steep_law_meets_the_target(tabor, exponent):
+def test_flat_tip_of_a_steep_law(tabor, exponent):
     """The branch of equilibria missed the rim where attraction ends, and erred by 3.5 to 7 %."""
     protocol = ramps(3.0, 1.0, 0.0, 1.0)
     elastic = simulate(Scene(tabor, adhesion=ConstantStress(), indenter=PowerLaw(exponent)), protocol)

@@ -49,7 +49,7 @@ def test_a_soft_spring_moves_the_jumps():
 
 
 @pytest.mark.parametrize("accuracy", [0.05, 0.03, "draft", 0.008])
-def test_a_loose_answer_is_not_pinned_to_the_nodes(accuracy):
+def test_loose_answer_is_not_pinned(accuracy):
     trajectory = cycle(3.2, accuracy)
     assert len(trajectory.jumps) == 2
     assert trajectory.pull_off_force == pytest.approx(cycle(3.2).pull_off_force, rel=0.01)

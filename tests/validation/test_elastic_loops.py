@@ -13,14 +13,14 @@ DEEP = ramps(30.0, 1.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("tabor", [1.1, 1.5, 2.0, 3.0])
-def test_the_hysteresis_of_a_deep_loop_meets_its_target(tabor):
+def test_deep_loop_meets_its_target(tabor):
     trajectory, fine = (simulate(Scene(tabor), DEEP, accuracy) for accuracy in ("standard", 5e-4))
     assert len(trajectory.jumps) >= 2
     assert trajectory.hysteresis == pytest.approx(fine.hysteresis, rel=2.0 * trajectory.hysteresis_accuracy)
 
 
 @pytest.mark.parametrize("tabor", [0.7, 0.8, 0.9])
-def test_a_loop_that_loses_little_states_its_larger_error(tabor):
+def test_small_loss_states_its_error(tabor):
     trajectory, fine = (simulate(Scene(tabor), DEEP, accuracy) for accuracy in ("standard", 5e-4))
     assert trajectory.hysteresis_accuracy > 2.0 * trajectory.accuracy
     assert abs(trajectory.hysteresis - fine.hysteresis) <= trajectory.accuracy * max(0.5, trajectory.hysteresis)
@@ -38,7 +38,7 @@ def test_few_loops_miss_a_small_jump():
 
 
 @pytest.mark.parametrize("scene", [Scene(3.0), Scene(1.0), Scene(1.0, adhesion=HardContact())])
-def test_loading_alone_stores_the_work_that_is_put_in(scene):
+def test_loading_stores_the_work(scene):
     trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0], [0.0, 8.0]), 1e-3)
     area = stage_area(trajectory)
     assert trajectory.work() == pytest.approx(area, rel=5e-3)

@@ -30,9 +30,7 @@ materials = st.one_of(
     dwell=st.sampled_from([0.0, 0.01, 10.0]),
     unloading=logs,
 )
-def test_every_loop_is_a_finite_record_of_its_protocol_and_dissipates(
-    tabor, material, adhesion, peak, loading, dwell, unloading
-):
+def test_every_loop_dissipates(tabor, material, adhesion, peak, loading, dwell, unloading):
     protocol = ramps(peak, loading, dwell, unloading)
     assume(protocol.start(tabor) < peak)
     trajectory = completed(Scene(tabor=tabor, material=material, adhesion=adhesion), protocol, "draft")
@@ -64,7 +62,7 @@ def test_so_does_any_closed_history(depths, durations, ratio):
     assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
 
 
-def test_dissipation_is_largest_between_the_limits():
+def test_dissipation_peaks_between_limits():
     """Neither very slow nor very fast loops dissipate much; in between the lag does."""
     rates = 10.0 ** np.arange(-4.0, 5.0, 2.0)
     scene = Scene(tabor=0.2, material=StandardLinearSolid(0.1))

@@ -29,7 +29,7 @@ def hard(exponent, tabor=1.0, material=None, **more):
 
 @pytest.mark.parametrize("exponent", [*EXPONENTS, 2.0])
 @pytest.mark.parametrize("tabor", [0.3, 3.0])
-def test_an_elastic_contact_without_adhesion_is_that_of_galin_and_sneddon(exponent, tabor):
+def test_elastic_is_galin_and_sneddon(exponent, tabor):
     trajectory = completed(hard(exponent, tabor), PRESS)
     exact = hertz.force_from_indentation(trajectory.indentation, tabor, exponent)
     np.testing.assert_allclose(trajectory.force, exact, atol=1e-12 * np.abs(exact).max())
@@ -58,7 +58,7 @@ def test_a_mesh_finds_galin_and_sneddon_too(exponent):
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 @pytest.mark.parametrize("control", [{}, {"spring": 5.0}])
-def test_a_viscoelastic_contact_without_adhesion_grows_as_lee_and_radok_say(exponent, control):
+def test_viscoelastic_growth_is_lee_radok(exponent, control):
     path = PiecewiseLinearProtocol([0.0, 0.3, 1.0], [0.0, 3.0, 6.0])
     trajectory = completed(hard(exponent, material=SOFT, **control), path, 1e-3)
     assert trajectory.stats.method == "elements"
@@ -74,7 +74,7 @@ def unique(times, values):
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_elements_and_mesh_agree_where_contact_is_lost_and_regained(exponent):
+def test_elements_and_mesh_agree_on_contact(exponent):
     path = PiecewiseLinearProtocol([0.0, 0.5, 0.6, 1.5], [-1.0, 5.0, -1.0, 5.0])
     row = completed(hard(exponent, material=SOFT), path, 1e-3)
     reach = 1.1 * float(hertz.contact_radius_from_indentation(5.0, 1.0, exponent))
@@ -84,7 +84,7 @@ def test_elements_and_mesh_agree_where_contact_is_lost_and_regained(exponent):
 
 
 @pytest.mark.parametrize("exponent", [*EXPONENTS, 2.0])
-def test_the_error_against_jkr_falls_as_adhesion_becomes_short_ranged(exponent):
+def test_jkr_error_falls_with_range(exponent):
     errors, folds = [], []
     for tabor in (1.0, 3.0, 10.0):
         lowest = np.min(jkr.indentation_from_contact_radius(np.linspace(0.01, 3.0, 3000), tabor, exponent))
@@ -104,7 +104,7 @@ def test_the_error_against_jkr_falls_as_adhesion_becomes_short_ranged(exponent):
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_the_pull_off_under_load_is_that_of_jkr(exponent):
+def test_pull_off_under_load_is_jkrs(exponent):
     forces = []
     for tabor in (3.0, 10.0):
         pulled = simulate(shaped(exponent, tabor), ForceProtocol([0.0, 1.0, 2.0], [0.0, -1.0, 9.0]))
@@ -115,7 +115,7 @@ def test_the_pull_off_under_load_is_that_of_jkr(exponent):
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_a_long_ranged_contact_is_pulled_off_as_if_rigid(exponent):
+def test_long_range_pull_off_is_rigid(exponent):
     tabor = 0.01
     cycle = ramps(0.0, 1.0, 0.0, 1.0, -4.0)
     trajectory = completed(shaped(exponent, tabor), cycle, 1e-3)
@@ -126,7 +126,7 @@ def test_a_long_ranged_contact_is_pulled_off_as_if_rigid(exponent):
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 @pytest.mark.parametrize("material", [Elastic(), SOFT])
-def test_branch_and_steps_agree_with_a_mesh_of_ones_own(exponent, material):
+def test_branch_and_steps_match_own_mesh(exponent, material):
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-2.0, 4.0, -2.0])
     reach = {1.0: 30.0, 1.5: 13.0, 3.0: 4.5, 8.0: 2.2}[exponent]
     own = completed(shaped(exponent, material=material), path, mesh=uniform_mesh(reach, 500))
@@ -149,7 +149,7 @@ def test_branch_and_steps_agree_with_a_mesh_of_ones_own(exponent, material):
         Scene(1.0, SOFT, HardContact()),
     ],
 )
-def test_a_shape_that_comes_to_be_the_paraboloid_is_one(scene):
+def test_shape_that_is_a_paraboloid_is_one(scene):
     nearly = Scene(scene.tabor, scene.material, scene.adhesion, scene.spring, PowerLaw(2.0 + 1e-9))
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-2.0 * scene.tabor, 4.0, -2.0 * scene.tabor])
     exact, trajectory = completed(scene, path, "draft"), completed(nearly, path, "draft")
@@ -160,7 +160,7 @@ def test_a_shape_that_comes_to_be_the_paraboloid_is_one(scene):
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
-def test_profiles_carry_the_force_and_the_shape(exponent, adhesion):
+def test_profiles_carry_force_and_shape(exponent, adhesion):
     more = {} if adhesion is None else {"adhesion": adhesion}
     path = PiecewiseLinearProtocol([0.0, 1.0], [-2.0, 4.0])
     profiles = completed(shaped(exponent, material=SOFT, **more), path, profiles=[0.9, 1.0]).profiles

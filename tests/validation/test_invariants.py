@@ -37,7 +37,7 @@ def test_the_future_has_no_influence(later, duration):
 
 @settings(max_examples=10)
 @given(later=st.floats(-2.0, 2.9), duration=st.floats(0.01, 10.0))
-def test_a_slow_future_moves_the_past_within_the_accuracy(later, duration):
+def test_slow_future_hardly_moves_the_past(later, duration):
     first, second = two_futures(later, duration)  # a slow part to come may ask for another grid
     instants = np.linspace(0.0, 0.6, 61)
     assert np.max(np.abs(first.at(instants) - second.at(instants))) < first.accuracy * np.ptp(first.force)
@@ -50,7 +50,7 @@ def test_a_shift_in_time_changes_nothing():
     np.testing.assert_allclose(second.at(np.linspace(64.0, 65.5, 50)), first.at(np.linspace(0.0, 1.5, 50)), rtol=1e-6)
 
 
-def test_cycles_after_a_long_rest_repeat_the_first():
+def test_cycles_after_rest_repeat():
     one_cycle = [START, 3.0, START]
     cycle = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0], one_cycle), "standard")
     rested = run(
@@ -63,7 +63,7 @@ def test_cycles_after_a_long_rest_repeat_the_first():
     np.testing.assert_allclose(rested.at(41.0 + times), cycle.at(times), atol=4e-3 * scale)
 
 
-def test_cycles_without_rest_remember_the_one_before():
+def test_cycles_without_rest_remember():
     depths = [START, *([3.0, 0.0] * 4)]
     trajectory = run(SCENE, PiecewiseLinearProtocol(0.2 * np.arange(9.0), depths), "standard")
     peaks = trajectory.at(0.2 * np.arange(1.0, 9.0, 2.0))
@@ -71,7 +71,7 @@ def test_cycles_without_rest_remember_the_one_before():
     assert abs(peaks[3] - peaks[2]) < 0.5 * abs(peaks[1] - peaks[0])
 
 
-def test_time_is_measured_in_retardation_times():
+def test_time_scales_with_retardation():
     slow = Scene(tabor=1.0, material=PronySeries([0.9], [100.0]))
     first = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0], [START, 3.0, START]))
     second = run(slow, PiecewiseLinearProtocol([0.0, 50.0, 100.0], [START, 3.0, START]))
@@ -80,7 +80,7 @@ def test_time_is_measured_in_retardation_times():
 
 
 @pytest.mark.parametrize("accuracy", ["draft", "standard"])
-def test_pull_off_agrees_with_a_tighter_run_within_what_is_promised(accuracy):
+def test_pull_off_error_is_as_promised(accuracy):
     protocol = ramps(10.0, 10.0, 0.1, 100.0)
     trajectory, exact = run(SCENE, protocol, accuracy), run(SCENE, protocol, 3e-4)
     assert trajectory.pull_off_force == pytest.approx(exact.pull_off_force, rel=trajectory.accuracy)

@@ -19,7 +19,7 @@ def test_the_limit_is_approached(tabor):
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(0.1), PronySeries([0.5, 0.3], [0.1, 1.0])])
-def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
+def test_moving_grid_remembers_like_fixed(monkeypatch, material):
     path = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 2.4, 3.5], [-5.0, 4.0, 0.0, 4.0, 4.0, -12.0])
     moving = simulate(Scene(4.0, material), path, 1e-3)
     monkeypatch.setattr(master_grid, "LARGEST_GRID", MOVING)
@@ -33,14 +33,14 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
 
 
 @pytest.mark.xfail(strict=True, reason="the branch is left at the largest force; see docs/limits.md")
-def test_a_fast_pull_loses_what_a_glassy_crack_does():
+def test_fast_pull_is_a_glassy_crack():
     """Closed form of a sharp glassy crack in a relaxed contact of depth 5 mu: hysteresis 9.28 mu."""
     path = PiecewiseLinearProtocol([0.0, 8e-3], [150.0, -90.0])
     trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), path)
     assert trajectory.hysteresis == pytest.approx(9.28 * 30.0, rel=0.03)
 
 
-def test_a_slow_crack_follows_persson_and_brener_at_thirty():
+def test_slow_crack_is_persson_brener_at_30():
     """The relaxed contact is unloaded so that its edge passes its cohesive zone slowly.
 
     JKR's relation gives the apparent work of adhesion from force and contact radius,

@@ -36,7 +36,7 @@ def test_a_very_stiff_spring_is_none(scene):
     np.testing.assert_allclose(stiff.force[~smooth], rigid.force[~smooth], rtol=1e-7, atol=1e-9)
 
 
-def test_a_very_stiff_spring_is_none_without_adhesion():
+def test_stiff_spring_is_none_no_adhesion():
     # There rounding decides which node at the edge of the contact is the last to press.
     rigid, stiff = (completed(Scene(1.0, SLS, HardContact(), spring), CYCLE) for spring in (np.inf, 1e12))
     times = np.linspace(0.0, rigid.time[-1], 500)
@@ -44,7 +44,7 @@ def test_a_very_stiff_spring_is_none_without_adhesion():
 
 
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 3.0])
-def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
+def test_elastic_pull_off_ignores_stiffness(tabor):
     rigid = completed(Scene(tabor), CYCLE)
     deep = ramps(5.0, 1.0, 0.0, 1.0, -20.0)
     for spring in (0.2, 1.0, 30.0):
@@ -54,7 +54,7 @@ def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
 
 
 @pytest.mark.parametrize("tabor", [0.05, 0.2, 1.0, 3.0])
-def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
+def test_dead_load_flies_off_at_pull_off(tabor):
     rigid, trajectory = completed(Scene(tabor), CYCLE), completed(Scene(tabor), DEAD_LOAD)
     assert trajectory.detached
     assert trajectory.status.startswith("detached: no contact bears the prescribed force (at time ")
@@ -68,7 +68,7 @@ def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
 
 
 @pytest.mark.parametrize("spring", [0.4, 1.0])
-def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
+def test_jump_where_slope_meets_spring(spring):
     trajectory, rigid = completed(Scene(1.0, spring=spring), CYCLE, 1e-3), completed(Scene(1.0), CYCLE, 1e-3)
     jump_in, jump_out = trajectory.jumps
     # Greenwood (1997): the branches of the rigid machine; the whole is unstable where the force rises by k.
@@ -92,7 +92,7 @@ def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
 @pytest.mark.parametrize("material", [Elastic(), SLS, PronySeries([0.4, 0.4], [0.1, 10.0])])
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 @pytest.mark.parametrize("spring", [0.3, 20.0])
-def test_the_stage_is_where_the_protocol_says(material, adhesion, spring):
+def test_stage_follows_the_protocol(material, adhesion, spring):
     scene = Scene(1.0, material, *(() if adhesion is None else (adhesion,)), spring=spring)
     trajectory = completed(scene, CYCLE)
     prescribed = CYCLE.history(1.0).indentation_at(trajectory.time)
@@ -120,7 +120,7 @@ def test_creep_under_a_weight(ratio):
     np.testing.assert_allclose(trajectory.indentation[held], (0.75 * np.pi * 5.0 * creep) ** (2.0 / 3.0), rtol=2e-3)
 
 
-def test_creep_of_a_series_under_a_growing_force():
+def test_creep_under_a_growing_force():
     material = PronySeries([0.5, 0.3], [0.2, 3.0])
     trajectory = completed(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
     t = trajectory.time[trajectory.time > 0.4]
@@ -139,7 +139,7 @@ def test_creep_of_a_series_under_a_growing_force():
         (Scene(1.0, SLS, ConstantStress()), ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
     ],
 )
-def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
+def test_path_gives_the_force_back(scene, protocol):
     trajectory = completed(scene, protocol, 1e-3)
     assert trajectory.jumps == ()
     time, first = np.unique(trajectory.time, return_index=True)
@@ -149,7 +149,7 @@ def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
     assert np.max(np.abs(again.at(time) - force)) < 0.01 * np.ptp(force)
 
 
-def test_a_law_with_corners_takes_no_more_steps_under_a_force():
+def test_cornered_law_takes_no_more_steps():
     """Each step that failed at a corner of the law was taken for a fold, and the budget was spent on tiny ones."""
     protocol = ForceProtocol([0.0, 0.23, 0.38], [0.0, -94.0, 0.0])
     steep, smooth = (
@@ -160,7 +160,7 @@ def test_a_law_with_corners_takes_no_more_steps_under_a_force():
 
 
 @pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(1.0, adhesion=HardContact())])
-def test_a_first_force_that_no_contact_bears_is_said(scene):
+def test_unbearable_first_force_is_said(scene):
     trajectory = simulate(scene, ForceProtocol([0.0, 1.0], [1.7, 0.0]))
     assert trajectory.status == "not started: no contact bears the prescribed force"
     assert trajectory.time.size == 0
@@ -169,7 +169,7 @@ def test_a_first_force_that_no_contact_bears_is_said(scene):
 
 
 @pytest.mark.parametrize("force", [-5.0, 0.0, 1.0])
-def test_a_prescribed_force_begins_in_contact(force):
+def test_prescribed_force_begins_in_contact(force):
     trajectory = completed(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
     assert trajectory.force[0] == pytest.approx(force, abs=1e-3)
     assert trajectory.contact_radius[0] > 1.0
@@ -178,14 +178,14 @@ def test_a_prescribed_force_begins_in_contact(force):
 
 
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
-def test_a_closed_loop_of_sphere_and_of_stage_lose_the_same(adhesion):
+def test_sphere_and_stage_lose_the_same(adhesion):
     scene = Scene(1.0, SLS, *(() if adhesion is None else (adhesion,)), spring=3.0)
     trajectory = completed(scene, CYCLE, 1e-3)
     assert trajectory.detached
     assert stage_area(trajectory) == pytest.approx(trajectory.hysteresis, rel=0.01)
 
 
-def test_a_spring_slows_the_retreat_of_a_viscoelastic_edge():
+def test_spring_slows_viscoelastic_retreat():
     # The stretched spring keeps pulling while the edge creeps, so that the edge needs less speed and less force.
     forces = [completed(Scene(1.0, SLS, spring=spring), CYCLE).pull_off_force for spring in (1e3, 3.0, 1.0)]
     assert np.all(np.diff(forces) < -0.02)
@@ -199,7 +199,7 @@ def test_no_state_is_unstable(scene, protocol):
     assert count_unstable(scene, protocol) == 0
 
 
-def test_creep_to_rupture_under_a_weight_that_hangs():
+def test_creep_to_rupture_under_a_weight():
     # Held just below what the relaxed contact bears, it stays; above, it creeps apart, the sooner the more it bears.
     limit = completed(Scene(1.0), CYCLE).pull_off_force
     hung = [

@@ -43,7 +43,7 @@ HISTORIES = [  # found by a sweep, where the dent once faded by the steps' own r
 @pytest.mark.parametrize(
     ("scene", "times", "depths"), [pytest.param(*HISTORIES[0], marks=pytest.mark.slow), *HISTORIES[1:]]
 )
-def test_the_largest_compression_of_a_fast_reload_meets_its_target(scene, times, depths):
+def test_fast_reload_meets_its_target(scene, times, depths):
     standard, fine = (
         completed(scene, PiecewiseLinearProtocol(times, depths), accuracy) for accuracy in ("standard", 4e-4)
     )

@@ -73,7 +73,7 @@ def test_fast_closing_gives_k_times_the_work(tabor):
     assert (radius**2 - depth) ** 2 / (2.0 * np.pi * radius) == pytest.approx(K, rel=0.03)
 
 
-def test_slow_opening_follows_persson_and_brener():
+def test_slow_opening_is_persson_brener():
     """JKR's relation gives the apparent work of adhesion from force and contact radius."""
     tabor, deep = 300.0, 6.0
     records = records_of(tabor, [0.0, 10.0 * deep * tabor], [deep, 0.0])

@@ -22,7 +22,7 @@ def drawn(count, seed):
         yield Scene(tabor, StandardLinearSolid(ratio), adhesion), protocol, ("draft", "standard")[number % 2]
 
 
-def test_a_long_dwell_of_a_nearly_rigid_contact_takes_few_steps():
+def test_nearly_rigid_dwell_takes_few_steps():
     scene = Scene(0.03, StandardLinearSolid(0.01))
     protocol = ramps(0.3, 50.0, 1e5, 50.0)
     trajectory = simulate(scene, protocol, "draft")
@@ -30,7 +30,7 @@ def test_a_long_dwell_of_a_nearly_rigid_contact_takes_few_steps():
     assert trajectory.stats.steps < 400
 
 
-def test_a_looser_accuracy_takes_no_more_steps_in_a_stiff_contact_without_adhesion():
+def test_looser_takes_no_more_steps():
     scene = Scene(0.12, StandardLinearSolid(0.001), HardContact())
     protocol = PiecewiseLinearProtocol([0.0, 30.0, 30.1], [0.07, -1.0, 0.07])
     draft, standard = (simulate(scene, protocol, accuracy) for accuracy in ("draft", "standard"))

@@ -20,13 +20,13 @@ def run(tabor, law, material=None, accuracy="standard", protocol=CYCLE):
 
 
 @pytest.mark.parametrize("tabor", [0.2, 0.5, 1.0, 2.0, 3.0])
-def test_the_pull_off_is_maugis_to_half_a_per_cent(tabor):
+def test_pull_off_is_maugis_to_0_5_percent(tabor):
     expected = maugis_dugdale.pull_off_force(tabor)
     assert run(tabor, ConstantStress()).pull_off_force == pytest.approx(expected, rel=5e-3)
     assert run(tabor, Exponential()).pull_off_force > 1.005 * expected  # so that the comparison can fail
 
 
-def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
+def test_steeper_fall_is_nearer_to_maugis():
     expected = maugis_dugdale.pull_off_force(0.5)
     wide, narrow = (run(0.5, ConstantStress(width), accuracy=1e-3).pull_off_force for width in (1.0, 0.15))
     assert abs(narrow / expected - 1.0) < 3e-3  # what remains is the rise, and the repulsion that yields
@@ -35,7 +35,7 @@ def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
 
 @pytest.mark.parametrize(("accuracy", "error"), [("draft", 1.7e-2), ("standard", 4e-3), (1e-3, 1e-3)])
 @pytest.mark.parametrize("width", [0.4, 1.0])
-def test_small_tabor_parameters_tend_to_bradley(width, accuracy, error):
+def test_small_tabor_tends_to_bradley(width, accuracy, error):
     for tabor in (1e-5, 1e-3):
         trajectory = run(tabor, ConstantStress(width), accuracy=accuracy, protocol=ramps(1.0, 1.0, 0.0, 1.0, -5.0))
         assert trajectory.force.max() == pytest.approx(2.0, rel=error), tabor
@@ -60,7 +60,7 @@ def deviation(tabor, law):
 @pytest.mark.parametrize(
     ("tabor", "of_force", "of_radius"), [(0.2, 0.05, 0.25), (1.0, 0.012, 0.06), (3.0, 0.012, 0.02)]
 )
-def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor, of_force, of_radius):
+def test_opening_contact_follows_maugis(tabor, of_force, of_radius):
     """At long range, where the contact is small, the rise of the traction and the repulsion that yields count most."""
     force, radius = deviation(tabor, ConstantStress())
     assert force < of_force
@@ -70,7 +70,7 @@ def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor, o
     assert radius > 2.0 * of_radius
 
 
-def test_the_exponential_law_tends_to_dmt_and_to_jkr():
+def test_exponential_tends_to_dmt_and_jkr():
     tabors = (0.02, 0.2, 1.0, 5.0)
     forces = np.array([run(tabor, Exponential()).pull_off_force for tabor in tabors])
     assert np.all(np.diff(forces) < 0.0)
@@ -80,7 +80,7 @@ def test_the_exponential_law_tends_to_dmt_and_to_jkr():
 
 @pytest.mark.parametrize("law", [ConstantStress(), Exponential()])
 @pytest.mark.parametrize("rate", [0.3, 10.0])
-def test_a_viscoelastic_loop_runs_stable_and_dissipates(law, rate):
+def test_viscoelastic_loop_dissipates(law, rate):
     protocol = ramps(3.0, rate, 0.5, rate)
     scene = Scene(1.0, StandardLinearSolid(0.1), law)
     trajectory = run(scene.tabor, law, scene.material, protocol=protocol)

@@ -38,14 +38,14 @@ def test_slow_is_rubbery(ratio):
     assert_same_loop(run(StandardLinearSolid(ratio), 0.6, 1e6), run(Elastic(), 0.6, 1.0))
 
 
-def test_between_two_relaxation_times_only_the_faster_has_happened():
+def test_only_the_faster_time_has_relaxed():
     material = PronySeries([0.4, 0.4], [1e-6, 1e6])
     middle = run(material, 0.6, 1.0, initial_state="glassy")
     # the slow term is still glassy: compliance 1 - 0.4
     assert_same_loop(middle, run(Elastic(), 0.6 * 0.6 ** (2.0 / 3.0), 1.0))
 
 
-def test_between_the_limits_the_loop_is_neither():
+def test_loop_between_the_limits():
     glassy, rubbery = run(Elastic(), 0.6 * 0.1 ** (2.0 / 3.0), 1.0), run(Elastic(), 0.6, 1.0)
     middle = run(StandardLinearSolid(0.1), 0.6, 1.0)
     assert glassy.max_compression < 1.1 * middle.max_compression < 1.2 * rubbery.max_compression
@@ -53,7 +53,7 @@ def test_between_the_limits_the_loop_is_neither():
 
 
 @pytest.mark.parametrize(("tabor", "ratio", "rate"), [(3.0, 0.1, 1e-3), (3.0, 0.1, 0.03), (3.0, 0.9, 10.0)])
-def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nodes(tabor, ratio, rate):
+def test_slow_edge_sticks_at_no_node(tabor, ratio, rate):
     protocol = ramps(3.0, rate, 0.0, rate)
     scene = Scene(tabor=tabor, material=StandardLinearSolid(ratio))
     usual, fine = (simulate(scene, protocol, accuracy) for accuracy in ("standard", 5e-4))
@@ -63,7 +63,7 @@ def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nod
 
 
 @pytest.mark.parametrize(("tabor", "ratio", "rate", "peak"), [(0.17, 0.6, 600.0, 0.34), (0.3, 0.3, 1000.0, 1.0)])
-def test_a_fast_loop_that_loses_little_states_its_larger_error(tabor, ratio, rate, peak):
+def test_fast_small_loss_states_its_error(tabor, ratio, rate, peak):
     cycle = ramps(peak, rate * tabor, 0.0, rate * tabor)
     trajectory, fine = (simulate(Scene(tabor, StandardLinearSolid(ratio)), cycle, a) for a in ("standard", 1e-4))
     error = abs(trajectory.hysteresis / fine.hysteresis - 1.0)

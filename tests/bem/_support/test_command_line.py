@@ -45,16 +45,14 @@ def failed() -> None:
         (failed, [], 1, ": a training failed; its log is in 'runs'\n"),
     ],
 )
-def test_a_module_ends_with_its_status_and_a_mistake_with_one_sentence(
-    main, arguments, status, message, monkeypatch, capsys
-):
+def test_module_ends_with_its_status(main, arguments, status, message, monkeypatch, capsys):
     assert ended(main, arguments, monkeypatch) == status
     printed = capsys.readouterr().err
     assert message in printed
     assert printed.count("\n") == bool(message)
 
 
-def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
+def test_program_mistake_keeps_its_traceback(monkeypatch):
     def unwritten():
         raise NotImplementedError("later")
 
@@ -89,7 +87,7 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
         ),
     ],
 )
-def test_a_mistake_exits_with_2_and_a_sentence_that_begins_with_the_name_of_the_command(arguments, sentence):
+def test_mistake_exits_with_2_and_a_sentence(arguments, sentence):
     ended = python("-m", *arguments.split())
     assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
     assert ended.stderr.startswith(sentence)
@@ -101,7 +99,7 @@ def test_a_command_alone_tells_its_usage(module):
     assert "Usage" in process.stdout + process.stderr
 
 
-def test_a_sentence_is_one_line_of_bounded_length():
+def test_sentence_is_one_bounded_line():
     for error in (ValueError("a\n" + "x" * 10**6), OSError(36, "File name too long", "y" * 10**6)):
         assert "\n" not in sentence(error)
         assert len(sentence(error)) < 2100

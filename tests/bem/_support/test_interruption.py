@@ -81,7 +81,7 @@ def begin(options, out):
 
 
 @pytest.mark.parametrize("options", COMMANDS)
-def test_control_c_ends_a_command_in_one_line(options, tmp_path):
+def test_ctrl_c_ends_a_command_in_one_line(options, tmp_path):
     process = begin(options, tmp_path)
     until = time.monotonic() + HANG
     while process.poll() is None and "numpy" not in Path(f"/proc/{process.pid}/maps").read_text():

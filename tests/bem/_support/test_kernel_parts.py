@@ -25,7 +25,7 @@ def kernels():
     return nested, _Kernel(tails, cache=False)
 
 
-def test_this_version_of_numba_compiles_parts():
+def test_numba_version_compiles_parts():
     assert jit._try_parts()
 
 
@@ -43,7 +43,7 @@ def test_parts_give_what_numba_gives(works, monkeypatch):
     assert sys.getrefcount(values) == before
 
 
-def test_a_part_that_fails_is_compiled_by_numba(monkeypatch):
+def test_failed_part_is_compiled_by_numba(monkeypatch):
     from bem._support import kernel_parts
 
     def broken(_):

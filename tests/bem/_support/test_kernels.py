@@ -29,7 +29,7 @@ def solve_twice(matrix, order, first, second):
     ("size", "order"), [(1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (7, 7), (8, 8), (60, 60), (61, 61), (60, 23), (5, 1)]
 )
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_agrees_with_numpy_from_inside_a_kernel(size, order, sign):
+def test_interpolation_agrees_with_numpy(size, order, sign):
     rng = np.random.default_rng(size + order)
     matrix = rng.standard_normal((size, size))
     matrix[0] *= sign
@@ -54,7 +54,7 @@ def test_products_agree_with_numpy(rows):
     assert dot(factors, 2.0 * factors) == pytest.approx(2.0 * np.sum(factors**2), rel=1e-13)
 
 
-def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
+def test_corner_is_not_rounded():
     times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
     force = np.where(times < 1.0, times**2, 1.0 - 3.0 * (times - 1.0) ** 2 - (times - 1.0))
     queries = np.linspace(0.0, 2.0, 41)
@@ -64,7 +64,7 @@ def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
     assert kept < 0.4 * rounded
 
 
-def test_integrals_are_those_of_the_curves_between():
+def test_integrals_are_those_between():
     times = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
     history = ForceInterpolant(times, np.array([0.0, 1.0, 2.0, 5.0, 5.0, 4.0]), [2.0], [3.0])
     assert history.ranges == [(0, 3), (3, 5), (4, 6)]
@@ -73,7 +73,7 @@ def test_integrals_are_those_of_the_curves_between():
     np.testing.assert_array_equal(history.at([1.0, 2.0, 3.0, 3.5]), [1.0, 5.0, 5.0, 4.5])
 
 
-def test_the_history_bends_where_the_protocol_does():
+def test_history_bends_with_the_protocol():
     protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
     scene = Scene(tabor=1.0, material=StandardLinearSolid(0.1))
     trajectory, exact = simulate(scene, protocol), simulate(scene, protocol, 3e-4)
@@ -109,7 +109,7 @@ def test_the_cubics_are_those_of_scipy(points, places):
         ([0, 1, 1, 1, 2], [5, 5, 2, 0, 0], [1, 1], [], [1.0], [0.0]),
     ],
 )
-def test_a_jump_is_kept_sharp_and_counts_as_what_comes_after(times, force, jumps, corners, queries, values):
+def test_jump_is_sharp_and_belongs_to_after(times, force, jumps, corners, queries, values):
     history = ForceInterpolant(times, force, jumps, corners)
     np.testing.assert_allclose(history.at(queries), values, atol=1e-8)
 
@@ -134,7 +134,7 @@ def test_bad_resampling(times, jumps, corners, queries, message):
 
 
 @pytest.mark.parametrize("start", [0.0, -1e6])
-def test_a_time_a_rounding_outside_is_the_end(start):
+def test_time_a_rounding_outside_is_the_end(start):
     history = ForceInterpolant([start, start + 1.0, 12.3], [1.0, 2.0, 3.0], [])
     outside = [np.nextafter(start, -np.inf), np.nextafter(12.3, np.inf)]
     np.testing.assert_array_equal(history.at(outside), [1.0, 3.0])
@@ -156,7 +156,7 @@ def test_a_compilation_is_announced_once(cache, capsys):
         assert capsys.readouterr().err == expected
 
 
-def test_a_cut_compilation_is_announced_again(cache, capsys):
+def test_cut_compilation_is_announced_again(cache, capsys):
     with pytest.raises(KeyboardInterrupt), compilation(["a"], 0, 3.0):
         raise KeyboardInterrupt
     capsys.readouterr()
@@ -171,7 +171,7 @@ def test_a_terminal_counts_the_seconds(cache, capsys, monkeypatch):
     assert " s, about " in capsys.readouterr().err
 
 
-def test_an_unwritable_cache_stops_no_simulation(cache, monkeypatch, capsys):
+def test_unwritable_cache_stops_nothing(cache, monkeypatch, capsys):
     monkeypatch.setattr(config, "CACHE_DIR", str(cache / "none"))
     for _ in range(2):
         with compilation(["a"], 0, 3.0):

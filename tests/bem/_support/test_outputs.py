@@ -85,7 +85,7 @@ def test_places_that_cannot_be_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_links_and_devices_stay_what_they_are(tmp_path):
+def test_links_and_devices_stay(tmp_path):
     (tmp_path / "target.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to(tmp_path / "target.csv")
     with whole_file(tmp_path / "link.csv") as temporary:
@@ -104,7 +104,7 @@ def test_links_and_devices_stay_what_they_are(tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_a_full_standard_output_is_one_sentence():
+def test_full_standard_output_is_a_sentence():
     with Path("/dev/full").open("w") as full:
         result = subprocess.run(
             [sys.executable, "-m", "bem", "--help"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
@@ -123,7 +123,7 @@ def test_a_file_is_replaced_whole(data, tmp_path):
 
 
 @pytest.mark.parametrize("refused", ["os.fsync", "pathlib.Path.replace"])
-def test_a_file_that_cannot_be_replaced_stays(refused, tmp_path, monkeypatch):
+def test_irreplaceable_file_stays(refused, tmp_path, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -135,7 +135,7 @@ def test_a_file_that_cannot_be_replaced_stays(refused, tmp_path, monkeypatch):
     assert listing(tmp_path) == {"a.json": "former"}
 
 
-def test_a_system_that_opens_no_folders_writes_all_the_same(tmp_path, monkeypatch):
+def test_unopenable_folders_are_written_to(tmp_path, monkeypatch):
     def refuse(*_):
         raise PermissionError(errno.EACCES, "Permission denied")
 
@@ -144,7 +144,7 @@ def test_a_system_that_opens_no_folders_writes_all_the_same(tmp_path, monkeypatc
     assert (tmp_path / "a.json").read_text() == "new"
 
 
-def test_ctrl_c_waits_until_all_files_are_there(tmp_path, monkeypatch):
+def test_ctrl_c_waits_for_all_files(tmp_path, monkeypatch):
     first, second = tmp_path / "a.csv", tmp_path / "b.csv"
     for path in (first, second):
         path.write_text("old")

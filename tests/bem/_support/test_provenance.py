@@ -9,7 +9,7 @@ from bem._support.provenance import git_revision
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
-def test_a_revision_is_that_of_the_repository_which_holds_this_package(tmp_path, monkeypatch):
+def test_revision_is_of_this_repository(tmp_path, monkeypatch):
     repository = tmp_path / "project"
     repository.mkdir()
     for name in ("tracked.py", "installed.py"):

@@ -18,7 +18,7 @@ def prediction(**options):
     return predicted_trajectories(time[None], 1.0 - abs(time[None] - 1.0), np.sin(time[None]), **kept)[0]
 
 
-def test_one_line_names_the_result_and_not_its_arrays():
+def test_repr_names_result_not_arrays():
     assert repr(trajectory_of([0, 1], [0, 1], [0, 1])) == "<Trajectory: status completed, records 2>"
     loop = elliptic_loop(60, unloading=np.arange(119) >= 60)
     assert f"pull-off force {loop.pull_off_force:.4g} pi R dgamma" in repr(loop)
@@ -29,7 +29,7 @@ def test_one_line_names_the_result_and_not_its_arrays():
 
 
 @pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda example: type(example).__name__)
-def test_a_notebook_shows_the_facts_and_one_picture(record):
+def test_notebook_shows_facts_and_a_picture(record):
     text = record._repr_html_()
     assert text.count("<svg") == text.count("</svg>") == 1
     assert "<?xml" not in text
@@ -39,14 +39,14 @@ def test_a_notebook_shows_the_facts_and_one_picture(record):
     assert ("<i>h</i><sub>0</sub> π<i>R</i>Δγ</td>" in text) == ("dgamma" in repr(record))
 
 
-def test_a_notebook_shows_a_trajectory_that_was_not_started():
+def test_notebook_shows_unstarted_trajectory():
     text = trajectory_of([], [], [], status="a <b> c")._repr_html_()
     assert "a &lt;b&gt; c" in text
     assert "<svg" not in text
 
 
 @pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda example: type(example).__name__)
-def test_tables_hold_every_column_with_its_unit(record, tmp_path):
+def test_tables_have_columns_with_units(record, tmp_path):
     table, labelled = record.to_dataframe(), record.to_xarray()
     assert list(table) == list(record.columns())
     for name, (values, unit) in record.columns().items():
@@ -57,7 +57,7 @@ def test_tables_hold_every_column_with_its_unit(record, tmp_path):
     labelled.to_netcdf(tmp_path / "history.nc", engine="scipy")
 
 
-def test_a_prediction_has_no_column_of_the_radius_that_it_does_not_know():
+def test_prediction_has_no_radius_column():
     assert "contact_radius" not in prediction().to_dataframe()
 
 

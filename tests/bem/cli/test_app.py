@@ -56,7 +56,7 @@ def test_default_is_the_first_sample():
     assert longer["time"][-1] == pytest.approx(data["time"][-1] + 1.0)
 
 
-def test_a_terminal_gets_a_picture_that_is_named(tmp_path, monkeypatch):
+def test_terminal_gets_a_named_picture(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "contact.png").write_bytes(b"of the user")
     assert "Written" not in succeeded(app, command()).stdout
@@ -100,7 +100,7 @@ def test_json_csv_and_plot_are_written(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_negative_work_never_reads_as_dissipation():
+def test_negative_work_is_no_dissipation():
     def work_line(force):
         loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])
         return [line for line in readable(loop).splitlines() if line.startswith("work")]
@@ -110,7 +110,7 @@ def test_negative_work_never_reads_as_dissipation():
     assert work_line(np.full(3, 5.0)) == work_line(np.array([5.0, 0.0, -5.005])) == []
 
 
-def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_picture(tmp_path):
+def test_unstarted_simulation_draws_nothing(tmp_path):
     table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
     picture.write_bytes(b"of an earlier run")
     result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="5000", peak_indentation="100")
@@ -154,7 +154,7 @@ def test_materials_have_words(text, material):
         (["--loading-rate", "1"], "peak_indentation, unloading_rate must be given, or times and forces"),
     ],
 )
-def test_a_mistake_is_one_sentence_with_what_was_received(arguments, message):
+def test_mistake_sentence_has_the_value(arguments, message):
     result = CliRunner().invoke(
         app, arguments if arguments[0] == "simulate" else ["simulate", "--tabor", "1", *arguments]
     )
@@ -164,7 +164,7 @@ def test_a_mistake_is_one_sentence_with_what_was_received(arguments, message):
     assert "\n" not in str(result.exception)
 
 
-def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
+def test_spring_column_and_jumps(tmp_path):
     path = tmp_path / "a.csv"
     changes = {"tabor": "1", "material": "elastic", "start_indentation": "-9", "loading_rate": "1"}
     result = succeeded(app, command(**changes, spring="0.5", csv=str(path)))
@@ -175,7 +175,7 @@ def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
     assert "stage" in json.loads(invoke("--json", **changes, spring="0.5").output)
 
 
-def test_forces_are_prescribed_on_the_command_line(tmp_path):
+def test_force_protocol_on_the_command_line(tmp_path):
     arguments = ["simulate", "--tabor", "1", "--material", "elastic", "--times", "0,1,2", "--forces", "0,-5,3"]
     result = succeeded(app, [*arguments, "--plot", str(tmp_path / "a.png")])
     assert "detached: no contact bears the prescribed force" in result.output
@@ -183,14 +183,14 @@ def test_forces_are_prescribed_on_the_command_line(tmp_path):
     assert (tmp_path / "a.png").is_file()
 
 
-def test_the_help_begins_with_a_simulation_and_tells_of_si_units():
+def test_help_begins_with_a_simulation():
     text = CliRunner().invoke(app, ["--help"]).stdout
     assert "--show-completion" in text
     assert text.index("simulate ") < text.index("fit ") < text.index("campaign ")
     assert "--radius" in CliRunner().invoke(app, ["simulate", "--help"]).stdout
 
 
-def test_the_title_of_a_picture_names_the_solid_and_fits_into_it():
+def test_picture_title_names_the_solid():
     rates = {"loading_rate": 1234.56, "unloading_rate": 1234.56}
     cycle = LoadingProtocol(peak_indentation=123.456, dwell_time=0.00123456, **rates)
     solids = [Elastic(), StandardLinearSolid(0.1), PronySeries([0.5], [1.0])]

@@ -29,7 +29,7 @@ def simulated(*flags, command="simulate", **changes):
     return succeeded(app, [command, *flags, *options(CONTACT | CYCLE | SOLID | changes)])
 
 
-def test_simulate_with_a_radius_is_in_si_with_units_and_json_on_request(tmp_path):
+def test_radius_gives_si_units_and_json(tmp_path):
     output = simulated(csv=tmp_path / "a.csv").output
     assert "still attached at the end" in output
     assert "the pull-off force depends on the effective range" in output
@@ -45,7 +45,7 @@ def test_simulate_with_a_radius_is_in_si_with_units_and_json_on_request(tmp_path
     assert simulated(command="simulate-si", **units).output == output
 
 
-def test_a_material_may_be_an_entry_of_the_library():
+def test_material_is_an_entry_of_the_library():
     outputs = [
         simulated(retardation_time=None, material=material, modulus=modulus).output
         for modulus, material in (
@@ -113,7 +113,7 @@ OPTIONS = {
         ("fit curve.csv", {"range": "1um"}, "range must be LOW:HIGH"),
     ],
 )
-def test_a_mistake_is_one_sentence_and_writes_nothing(tmp_path, monkeypatch, capsys, command, changes, message):
+def test_mistake_writes_nothing(tmp_path, monkeypatch, capsys, command, changes, message):
     monkeypatch.chdir(tmp_path)
     time = np.linspace(0.0, 1.0, 60)
     noise = 1e-9 * np.random.default_rng(0).standard_normal(60)
@@ -171,7 +171,7 @@ def afm_map(path):
     return path
 
 
-def test_a_file_of_several_curves_is_never_silently_one(tmp_path, monkeypatch, capsys):
+def test_file_of_curves_is_never_one_curve(tmp_path, monkeypatch, capsys):
     path = afm_map(tmp_path / "map.h5")
     arguments = ["fit", str(path), "--radius", "5um", "--force-sign", "compression"]
     code, error = failed(arguments, monkeypatch, capsys)

@@ -26,7 +26,7 @@ from tests.data_files import editing
 from tests.processes import ROOT
 
 
-def test_file_holds_what_its_documentation_says(plan, undisturbed):
+def test_file_is_as_documented(plan, undisturbed):
     dataset = load_dataset(undisturbed)
     learned = TrajectoryDataset.load(undisturbed)
     assert len(dataset) == len(learned.completed) == 120
@@ -58,7 +58,7 @@ def test_histories_are_the_solvers_own(plan, undisturbed):
             assert file["scalars/pull_off_force"][row] == trajectory.pull_off_force
 
 
-def test_failures_are_recorded_with_their_reason_and_show_in_the_exit_status(out, tmp_path):
+def test_failures_are_recorded_with_reasons(out, tmp_path):
     tabor = Campaign(count=200, seed=1).protocols["tabor"]
     deep, shallow = np.sum(tabor > 3.0), np.sum(tabor < 0.25)
     arguments = ("campaign", "--count", 200, "--seed", 1, "--out", out)
@@ -89,7 +89,7 @@ def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path):
+def test_other_campaign_does_not_overwrite(undisturbed, tmp_path):
     plan = Campaign(count=120, seed=5, design=Design("sobol"))
     data = undisturbed.read_bytes()
     copy = tmp_path / "data.h5"
@@ -105,7 +105,7 @@ def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path)
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_a_link_stays_one_and_what_it_leads_to_is_written(tmp_path):
+def test_link_stays_and_target_is_written(tmp_path):
     (tmp_path / "there").mkdir()
     link = tmp_path / "data.h5"
     link.symlink_to(tmp_path / "there" / "real.h5")
@@ -194,7 +194,7 @@ def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, mon
 
 
 @pytest.mark.parametrize("harm", [lambda data: data[:5000], lambda _: b""])
-def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, out):
+def test_damaged_file_is_replaced_on_request(harm, undisturbed, out):
     out.write_bytes(harm(undisturbed.read_bytes()))
     result = command("campaign", "--out", out, "--count", "9")
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
@@ -215,7 +215,7 @@ def test_design_file_and_options_together(tmp_path):
     assert [attributes["ranges"][name] for name in ("tabor", "dwell_time")] == [[1.0, 2.0], [1.0, 1.0]]
 
 
-def test_a_terminal_shows_what_is_done_and_what_failed(monkeypatch):
+def test_terminal_shows_done_and_failed(monkeypatch):
     shown = StringIO()
     monkeypatch.setattr(shown, "isatty", lambda: True)
     monkeypatch.setattr("sys.stderr", shown)

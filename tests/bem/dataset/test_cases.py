@@ -46,7 +46,7 @@ def cases_file(tmp_path_factory):
     return path
 
 
-def test_what_is_read_is_what_the_solver_returned(cases_file):
+def test_cases_read_back_unchanged(cases_file):
     cases = load_cases(cases_file)
     assert [(case.scene, case.protocol) for case in cases] == PAIRS
     for case in cases:
@@ -76,7 +76,7 @@ def test_an_interrupted_one_continues(cases_file, tmp_path):
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_failures_are_kept_and_computed_again_when_asked(mending):
+def test_failed_cases_are_kept_or_repeated(mending):
     out, mend = mending
 
     def run(**options):
@@ -116,7 +116,7 @@ def test_neither_file_is_taken_for_the_other(cases_file, undisturbed):
         lambda file: file.attrs.__setitem__("wall_seconds", "long"),
     ],
 )
-def test_files_that_do_not_fit_together_are_refused_in_one_sentence(harm, cases_file, tmp_path):
+def test_unfitting_files_are_refused(harm, cases_file, tmp_path):
     path = tmp_path / "cases.h5"
     path.write_bytes(cases_file.read_bytes()[:-1])
     with pytest.raises(DamagedFileError, match="truncated or damaged"):
@@ -145,7 +145,7 @@ class Own(Elastic):
         ([(Scene(1.0, Own()), RAMP)], "must be made of the public classes of bem; received 'Own'"),
     ],
 )  # fmt: skip
-def test_cases_that_cannot_be_simulated_are_refused(pairs, message):
+def test_impossible_cases_are_refused(pairs, message):
     with pytest.raises(ValueError, match=message):
         Cases(pairs)
     with pytest.raises(ValueError, match="accuracy must be"):
@@ -166,7 +166,7 @@ def test_springs_and_forces_are_kept(tmp_path):
     assert pushed.trajectory.detached
 
 
-def test_descriptions_name_the_law_and_the_spring_only_where_there_is_one():
+def test_description_names_law_and_spring():
     laws = (bem.LennardJones(), bem.ConstantStress(), bem.ConstantStress(width=0.2), bem.Exponential())
     scenes = [Scene(1.0, adhesion=law) for law in laws] + [Scene(1.0, spring=2.0)]
     assert described(scenes[0])["adhesion"] == {"type": "LennardJones"}  # as before there were others
@@ -175,7 +175,7 @@ def test_descriptions_name_the_law_and_the_spring_only_where_there_is_one():
     assert len({Cases([(scene, RAMP)]).identity()["cases"] for scene in scenes}) == len(scenes)
 
 
-def test_counts_that_an_older_file_lacks_are_those_of_one_attempt():
+def test_older_file_lacks_attempt_counts():
     stats = Statistics(**with_nan(Statistics, {"steps": 3}))
     assert (stats.steps, stats.attempts, stats.failed_attempts) == (3, 1, 0)
     assert (stats.method, stats.left_out, stats.steps_by_phase) == ("boundary elements", (), {})

@@ -29,7 +29,7 @@ def places(drawn, ranges=PAPER_RANGES):
     return [np.log(drawn[name] / low) / np.log(high / low) for name, (low, high) in ranges.items()]
 
 
-def test_paper_grid_holds_the_papers_own_protocols_and_is_drawn_without_duplicates():
+def test_paper_grid_holds_paper_protocols():
     design = Design("paper")
     grids = dict(zip(QUANTITIES, design._grids(), strict=True))
     with (ROOT / "experiments" / "paper_values" / "figure_2_protocols.csv").open(encoding="utf-8") as file:
@@ -44,7 +44,7 @@ def test_paper_grid_holds_the_papers_own_protocols_and_is_drawn_without_duplicat
 
 
 @pytest.mark.parametrize("name", DESIGNS)
-def test_protocols_depend_on_seed_and_place_only_and_fill_their_ranges(name):
+def test_protocols_depend_on_seed_and_place(name):
     design = Design(name)
     many, few = stacked(design.protocols(100, seed=5)), stacked(design.protocols(33, seed=5))
     np.testing.assert_array_equal(many[:33], few)
@@ -57,7 +57,7 @@ def test_protocols_depend_on_seed_and_place_only_and_fill_their_ranges(name):
         assert high / (high / low) ** 0.05 <= values.max() <= high
 
 
-def test_sobol_covers_each_octant_evenly_and_edges_and_corners_what_they_say():
+def test_designs_cover_octants_and_corners():
     for column in places(Design("sobol").protocols(256, seed=2)):
         np.testing.assert_array_equal(np.histogram(column, 16, (0.0, 1.0))[0], 16)
     for name, share in (("edges", 0.5903), ("corners", 1.0), ("sobol", 0.4)):
@@ -66,14 +66,14 @@ def test_sobol_covers_each_octant_evenly_and_edges_and_corners_what_they_say():
             assert np.mean(column < 0.5) == pytest.approx(0.5, abs=1e-3)
 
 
-def test_a_phase_that_vanishes_in_double_precision_is_refused():
+def test_vanishing_phase_is_refused():
     design = Design("log-uniform", {"loading_rate": (1e-12, 1e-12), "unloading_rate": (1e12, 1e12)})
     with pytest.raises(ValueError, match=r"strictly increasing"):
         design.protocols(3, seed=0)
 
 
 @pytest.mark.parametrize("name", ["log-uniform", "sobol"])
-def test_modulus_ratios_are_drawn_with_the_protocols(name):
+def test_modulus_ratios_are_drawn_too(name):
     drawn = Design(name, modulus_ratio=(0.01, 1.0)).protocols(256, seed=3)
     assert list(drawn) == [*QUANTITIES, "modulus_ratio"]
     (column,) = places(drawn, {"modulus_ratio": (0.01, 1.0)})
@@ -103,14 +103,14 @@ def test_what_is_typed_is_read_or_refused(read, text, expected):
 
 
 @given(st.integers(6, 5000))
-def test_counts_are_those_of_the_paper_or_in_their_proportion(total):
+def test_counts_are_the_papers_or_scaled(total):
     assert [proportional_counts(points) for points in (120, 100, 140)] == [FMS, (42, 16, 42), (58, 24, 58)]
     counts = proportional_counts(total)
     assert sum(counts) == total
     assert min(counts) >= 1
 
 
-def test_phases_are_sampled_uniformly_and_meet_their_ends():
+def test_phases_are_sampled_uniformly():
     cycle = {"peak_indentation": 15.0, "loading_rate": 1e3, "dwell_time": 8e-3, "unloading_rate": 1e2}
     protocol, times = LoadingProtocol(**cycle), measurement_grid(tabor=3.2, **cycle)[0][0]
     assert (times[0], times[49], times[69], times[119]) == protocol.phase_times(3.2)
@@ -136,7 +136,7 @@ def test_grid_agrees_with_the_protocol(tabor, peak, load, dwell, unload):
     np.testing.assert_array_equal(indentations[0, 49:70], peak)
 
 
-def test_a_protocol_without_dwell_has_no_dwell_points():
+def test_no_dwell_has_no_dwell_points():
     shallow = {"tabor": 0.2, "peak_indentation": -0.1, "loading_rate": 1.0, "dwell_time": 0.1, "unloading_rate": 1.0}
     times, _ = measurement_grid(**shallow | {"dwell_time": 0.0}, counts=(50, 0, 50))
     assert times.shape == (1, 100)
@@ -155,7 +155,7 @@ PROTOCOLS = {
 RATIOS = np.array([0.1, 0.04])
 
 
-def test_phases_meet_the_corners_of_the_protocol():
+def test_phases_meet_the_corners():
     times, indentations = physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)
     uniform, depths = measurement_grid(**PROTOCOLS, counts=PHYSICAL)
     corners = [0, PHYSICAL[0] - 1, PHYSICAL[0] + PHYSICAL[1] - 1, -1]
@@ -166,7 +166,7 @@ def test_phases_meet_the_corners_of_the_protocol():
     assert np.all(np.diff(indentations[:, corners[2] :], axis=1) < 0.0)
 
 
-def test_fewer_of_them_are_closest_at_the_pull_off_and_find_a_narrow_peak_that_uniform_ones_miss():
+def test_physical_steps_find_narrow_peaks():
     grids = measurement_grid(**PROTOCOLS, counts=FMS)[0], physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0]
     for row in range(2):
         values = {name: float(values[row]) for name, values in PROTOCOLS.items()}
@@ -181,7 +181,7 @@ def test_fewer_of_them_are_closest_at_the_pull_off_and_find_a_narrow_peak_that_u
     assert highest[1] > 0.999
 
 
-def test_without_memory_the_force_vanishes_at_first_touch():
+def test_elastic_force_vanishes_at_touch():
     protocols, nowhere = [*PROTOCOLS.values(), -2.1 * PROTOCOLS["tabor"]], np.zeros(len(FACTORS))
     elastic, soft = (
         on_steps(np.stack([*protocols, ratios]), np.array(PHYSICAL), nowhere)[2] for ratios in (np.ones(2), RATIOS)
@@ -202,7 +202,7 @@ def path(tmp_path_factory):
     return out
 
 
-def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
+def test_each_has_its_own_solid_and_steps(path):
     dataset = load_dataset(path)
     drawn = Design("sobol", {"peak_indentation": (2.0, 5.0)}, (0.02, 1.0)).protocols(4, seed=0)
     np.testing.assert_array_equal(dataset.modulus_ratios, drawn["modulus_ratio"])
@@ -217,7 +217,7 @@ def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_it_is_verified_checked_and_learned_from_like_any_other(path, tmp_path):
+def test_any_solid_data_set_is_like_others(path, tmp_path):
     assert verify(path, sample=4).agrees
     dataset = TrajectoryDataset.load(path)
     assert dataset.modulus_ratio is None
@@ -227,7 +227,7 @@ def test_it_is_verified_checked_and_learned_from_like_any_other(path, tmp_path):
         load_dataset(altered(path, tmp_path, lambda file: file.__delitem__("protocols/modulus_ratio")))
 
 
-def test_other_steps_or_solids_are_another_data_set_and_one_without_them_says_so_as_before(path, tmp_path):
+def test_other_steps_are_another_data_set(path, tmp_path):
     out, digests = tmp_path / "other.h5", {TrajectoryDataset.load(path).sha256}
     for options in ([], ["--steps", "physical"], ["--modulus-ratio", "0.02:1"], ["--modulus-ratio", "0.3"]):
         assert command("campaign", *OPTIONS, *options, "--out", out, "--replace", solver=simulate).exit_code == 0

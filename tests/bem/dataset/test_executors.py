@@ -27,7 +27,7 @@ from tests.processes import ROOT
 
 
 @pytest.mark.parametrize(("count", "workers"), [(3000, 2), (3000, 1), (120, 8), (1, 4), (0, 1)])
-def test_batches_hold_every_trajectory_once_and_shrink(count, workers):
+def test_batches_hold_each_trajectory_once(count, workers):
     plan = Campaign(count=3000)
     batches = plan.batches(np.arange(count), workers)
     assert sorted(index for batch in batches for index, _ in batch) == list(range(count))
@@ -41,7 +41,7 @@ def test_batches_hold_every_trajectory_once_and_shrink(count, workers):
 
 
 @pytest.mark.parametrize(("workers", "largest"), [(1, 4), (200, 7)])
-def test_a_batch_that_takes_long_is_returned_in_pieces(workers, largest, plan, monkeypatch):
+def test_long_batch_returns_in_pieces(workers, largest, plan, monkeypatch):
     """They are longer with many workers, so that one process can save them."""
     clock = itertools.count()
     monkeypatch.setattr("time.perf_counter", lambda: 0.3 * next(clock))
@@ -76,7 +76,7 @@ class Mortal(executors.Executor):
     ("deaths", "begun", "given_up"),
     [({2: 2}, [4, 3, 4, 4], []), ({2: 5}, [4, 3, 4, 4, 1, 1, 1, 1, 1, 1], []), ({2: 9}, [4, 3, 4, 4] + 6 * [1], [2])],
 )
-def test_a_batch_whose_worker_dies_is_begun_again_then_divided_and_its_item_given_up(deaths, begun, given_up):
+def test_batch_of_a_dead_worker_is_divided(deaths, begun, given_up):
     items = [(index, None) for index in range(7)]
     executor = Mortal(deaths)
     outcomes = list(executor.run(deque([tuple(items[:4]), tuple(items[4:])]), len))
@@ -85,7 +85,7 @@ def test_a_batch_whose_worker_dies_is_begun_again_then_divided_and_its_item_give
     assert [batch[0][0] for batch, result in outcomes if result is None] == given_up
 
 
-def test_a_batch_travels_with_its_own_protocols_only():
+def test_batch_carries_its_protocols_only():
     plan = Campaign(count=2000, design=Design("sobol"))
 
     class Pool(Here):
@@ -108,7 +108,7 @@ def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
 
 
-def test_workers_with_another_solver_end_the_campaign_and_what_kills_them_fails(plan):
+def test_workers_with_another_solver_fail(plan):
     class Other(Here):
         def run(self, batches, task):
             batch = batches.popleft()
@@ -125,7 +125,7 @@ def test_workers_with_another_solver_end_the_campaign_and_what_kills_them_fails(
 
 
 @pytest.mark.parametrize("spoilt", ["force", "stats", "jumps", "contact_radius"])
-def test_numbers_that_are_not_finite_are_a_failure_and_reach_no_file(spoilt, plan):
+def test_infinite_numbers_are_failures(spoilt, plan):
     def solver(*arguments, accuracy):
         history = stand_in.solve(*arguments)
         bad = {
@@ -161,9 +161,7 @@ def test_a_killed_worker_costs_nothing(plan, undisturbed, out):
     assert_same_numbers(out, undisturbed)
 
 
-def test_a_cluster_gives_the_same_numbers_with_a_worker_killed_and_may_be_lost(
-    plan, undisturbed, out, tmp_path, monkeypatch
-):
+def test_cluster_gives_the_same_numbers(plan, undisturbed, out, tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     killed, lost = [], tmp_path / "lost.h5"
@@ -185,7 +183,7 @@ def test_a_cluster_gives_the_same_numbers_with_a_worker_killed_and_may_be_lost(
 
 
 @pytest.mark.parametrize("answers", [False, True])
-def test_a_server_that_is_dead_or_of_another_kind_ends_in_one_sentence(answers, tmp_path, monkeypatch):
+def test_dead_server_gives_one_sentence(answers, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(ClusterExecutor.__init__, "__defaults__", (1.0,))
     with socket.create_server(("127.0.0.1", 0)) as server:

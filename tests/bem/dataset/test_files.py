@@ -31,7 +31,7 @@ def computed(out, shards, solver=stand_in.solve, **plan):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_shards_merge_into_the_undisturbed_file(undisturbed, out, tmp_path):
+def test_shards_merge_into_the_whole_file(undisturbed, out, tmp_path):
     paths = computed(out, [(2, 3), (3, 3), (1, 3)], count=120, seed=4, native=True)
     assert paths[0].name == "data.shard-2-of-3.h5"
     second = load_dataset(paths[0])
@@ -48,7 +48,7 @@ def test_shards_merge_into_the_undisturbed_file(undisturbed, out, tmp_path):
         merge([paths[0], undisturbed], tmp_path / "other.h5")
 
 
-def test_shards_completed_later_are_merged_again(mending):
+def test_later_shards_are_merged_again(mending):
     out, mend = mending
     for failed in (True, False):
         paths = computed(out, [(1, 2), (2, 2)], stand_in.fails_until_mended, count=200, seed=1)
@@ -100,7 +100,7 @@ def attribute(name, *value):
         (lambda file: file["fms"].attrs.__delitem__("counts"), "cannot be read"),
     ],
 )
-def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturbed, tmp_path):
+def test_incomplete_files_are_refused(change, message, undisturbed, tmp_path):
     path = altered(undisturbed, tmp_path, change)
     expected = rf"expected a complete data set; received '.*altered.h5', .*{message}"
     with pytest.raises(DamagedFileError, match=expected) as error:
@@ -112,7 +112,7 @@ def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturb
         thread.submit(phil.release).result()
 
 
-def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
+def test_file_being_written_is_not_damaged(undisturbed, tmp_path):
     path = shutil.copy(undisturbed, tmp_path / "busy.h5")
     code = f"import h5py, sys; f = h5py.File({str(path)!r}, 'r+'); print('open', flush=True); sys.stdin.read()"
     process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -132,7 +132,7 @@ def test_a_data_set_is_read_without_a_lock(undisturbed):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_merging_keeps_where_the_shards_come_from(tmp_path):
+def test_merge_keeps_sources_of_shards(tmp_path):
     hosts = ["Linux x86_64, 4 cores of A", "Linux x86_64, 8 cores of B"]
     paths = computed(tmp_path / "data.h5", [(1, 2), (2, 2)], count=20, seed=4)
     for path, host in zip(paths, hosts, strict=True):
@@ -147,7 +147,7 @@ def test_merging_keeps_where_the_shards_come_from(tmp_path):
     assert attributes["wall_seconds"] == max(shard["wall_seconds"] for shard in shards)  # they ran side by side
 
 
-def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):
+def test_merge_into_absent_folder_is_refused(undisturbed, tmp_path):
     with pytest.raises(CampaignError) as error:
         merge([undisturbed], tmp_path / "absent" / "data.h5")
     assert "No such file or directory" in str(error.value)
@@ -167,7 +167,7 @@ def test_random_damage_is_refused(count, undisturbed, tmp_path):
         assert len(str(error.value)) < 1000
 
 
-def test_a_right_sum_does_not_make_hdf5_of_other_bytes(undisturbed, tmp_path):
+def test_right_sum_of_other_bytes_is_no_hdf5(undisturbed, tmp_path):
     data = bytearray(undisturbed.read_bytes())
     data[BLOCK + 8 : BLOCK + 64] = bytes(56)
     (tmp_path / "forged.h5").write_bytes(data)
@@ -177,7 +177,7 @@ def test_a_right_sum_does_not_make_hdf5_of_other_bytes(undisturbed, tmp_path):
         load_dataset(tmp_path / "forged.h5")
 
 
-def test_the_sum_in_the_first_block_is_that_of_the_rest_and_must_be_there(undisturbed, tmp_path):
+def test_sum_in_the_first_block_is_needed(undisturbed, tmp_path):
     data = undisturbed.read_bytes()
     title, digest, remaining = data[:BLOCK].split(b"\n", 2)
     assert title == b"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512"
@@ -213,7 +213,7 @@ def virtual(file, folder):
         (lambda file, _: file.__setitem__(NAME, h5py.SoftLink("/scalars/hysteresis")), LINK),
     ],
 )
-def test_a_file_that_leads_elsewhere_is_refused(harm, reason, undisturbed, tmp_path):
+def test_file_with_outside_links_is_refused(harm, reason, undisturbed, tmp_path):
     (tmp_path / "secret.txt").write_bytes(bytes(range(256)) * 4)
     with h5py.File(tmp_path / "other.h5", "w") as foreign:
         foreign["end_force"] = np.zeros(120)

@@ -26,7 +26,7 @@ INTERRUPTED = "bem: interrupted; what was done is saved, and the same command co
 @pytest.mark.parametrize(
     "number", [signal.SIGKILL, signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)]
 )
-def test_a_signal_ends_all_processes_and_loses_nothing(number, undisturbed, out):
+def test_signal_ends_all_and_loses_nothing(number, undisturbed, out):
     process = helpers.start_command(*WORDS, "--workers", 2, "--out", out, start_new_session=True)
     helpers.wait_for(lambda: len(helpers.parts(out)) >= 2 or process.poll() is not None)
     workers = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
@@ -48,7 +48,7 @@ def test_a_signal_ends_all_processes_and_loses_nothing(number, undisturbed, out)
     assert list(out.parent.iterdir()) == [out]
 
 
-def test_other_options_are_refused_on_what_was_interrupted_unless_they_change_no_number(plan, undisturbed, out):
+def test_interrupted_needs_the_same_options(plan, undisturbed, out):
     helpers.interrupted(plan, out)
     kept = {path: path.read_bytes() for path in out.parent.iterdir()}
     changed = ("--count", 119, "--seed", 5, "--accuracy", "draft", "--modulus-ratio", 0.2, "--design", "sobol")
@@ -68,7 +68,7 @@ def test_other_options_are_refused_on_what_was_interrupted_unless_they_change_no
     helpers.assert_same_numbers(out, undisturbed)
 
 
-def test_damaged_parts_are_told_and_computed_again(plan, undisturbed, out, tmp_path):
+def test_damaged_parts_are_computed_again(plan, undisturbed, out, tmp_path):
     path = helpers.interrupted(plan, out, 70)
     about, first, _, third, *later, _ = path.read_bytes().split(MARK)
     changed = bytearray(third)
@@ -84,7 +84,7 @@ def test_damaged_parts_are_told_and_computed_again(plan, undisturbed, out, tmp_p
     helpers.assert_same_numbers(out, undisturbed)
 
 
-def test_failed_trajectories_are_computed_again_when_asked(mending):
+def test_failed_ones_are_computed_on_request(mending):
     out, mend = mending
     plan = Campaign(count=200, seed=1)
     deep = int(np.sum(plan.protocols["tabor"] > 3.0))
@@ -115,7 +115,7 @@ def test_failed_trajectories_are_computed_again_when_asked(mending):
     assert sorted(path.name for path in out.parent.iterdir()) == ["data.h5", "mended"]
 
 
-def test_a_folder_deleted_while_running_ends_in_one_sentence(plan, tmp_path):
+def test_deleted_folder_gives_one_sentence(plan, tmp_path):
     def delete(done, _):
         if done > 60:
             shutil.rmtree(tmp_path / "there")
@@ -127,7 +127,7 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(plan, tmp_path):
 
 
 @pytest.mark.parametrize("entries", [0, 3])
-def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(entries, plan, undisturbed, out):
+def test_full_disk_loses_nothing(entries, plan, undisturbed, out):
     """In the middle of the first part or of the fourth one; what was cut short is not taken for damage."""
     journal = helpers.interrupted(plan, out, 100).read_bytes().split(MARK)
     helpers.journals(out)[0].unlink()
@@ -147,7 +147,7 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(entries, plan, undis
     helpers.assert_same_numbers(out, undisturbed)
 
 
-def test_a_damaged_description_is_told_and_a_journal_that_outlives_its_file_removed(plan, undisturbed, out):
+def test_damaged_description_and_old_journal(plan, undisturbed, out):
     (path,) = helpers.begun(plan, out)
     journal = path.read_bytes()
     path.write_bytes(journal.replace(b'"design"', b'"resign"', 1))
@@ -160,7 +160,7 @@ def test_a_damaged_description_is_told_and_a_journal_that_outlives_its_file_remo
     assert list(out.parent.iterdir()) == [out]
 
 
-def test_two_campaigns_on_one_file_exclude_each_other(plan, out):
+def test_campaigns_exclude_each_other(plan, out):
     refused = pytest.raises(CampaignError, match="another campaign is writing")
     with Journal(out, plan.identity(stand_in.solve)), refused:
         run_campaign(plan, out, solver=stand_in.solve)
@@ -177,7 +177,7 @@ def test_only_own_files_are_removed(plan, out, tmp_path):
     assert len(list(tmp_path.iterdir())) == 5
 
 
-def test_a_link_in_place_of_a_journal_is_refused(out):
+def test_link_as_journal_is_refused(out):
     (path,) = helpers.begun(Campaign(count=9), out)
     path.unlink()
     path.symlink_to("nowhere")
@@ -185,7 +185,7 @@ def test_a_link_in_place_of_a_journal_is_refused(out):
         run_campaign(Campaign(count=9), out, solver=stand_in.solve)
 
 
-def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete(out, tmp_path):
+def test_old_parts_stay_until_replaced(out, tmp_path):
     first, second = Campaign(count=40, seed=1), Campaign(count=40, seed=2)
     (theirs,) = helpers.begun(first, out)
     (ours,) = {*helpers.begun(second, out)} - {theirs}

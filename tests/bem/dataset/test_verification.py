@@ -42,7 +42,7 @@ def test_a_sample_is_computed_again(undisturbed):
     assert len(judged(undisturbed).indices) == 120
 
 
-def test_the_accuracy_that_the_file_states_decides(undisturbed, tmp_path):
+def test_stated_accuracy_decides(undisturbed, tmp_path):
     def spoil(file):
         file.attrs["campaign"] = file.attrs["campaign"].replace('"standard"', '"draft"')
         file.attrs["accuracy"] = "draft"
@@ -54,7 +54,7 @@ def test_the_accuracy_that_the_file_states_decides(undisturbed, tmp_path):
     assert check.differences["force history, mean"].max() < ALLOWED < check.differences["force history, any step"].max()
 
 
-def test_results_and_histories_are_judged_relative_to_themselves(first):
+def test_results_are_judged_relatively(first):
     record, path = first
     for column, name in (("pull_off_force", "pull-off force"), ("hysteresis", "hysteresis")):
         for error in (0.9 * ALLOWED, -1.1 * ALLOWED):
@@ -65,7 +65,7 @@ def test_results_and_histories_are_judged_relative_to_themselves(first):
     assert differences(record, shifted, path)["force history, mean"] > ALLOWED
 
 
-def test_a_jump_may_fall_on_either_side_of_a_step(first):
+def test_jump_may_fall_on_either_side(first):
     record, path = first
     late, early = record["fms/force"].copy(), record["fms/force"].copy()
     drop = 0.3 * np.ptp(record["fms/force"])
@@ -76,13 +76,13 @@ def test_a_jump_may_fall_on_either_side_of_a_step(first):
     assert 0.0 < errors["force history, mean"] < ALLOWED
 
 
-def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(first):
+def test_nearly_closed_loop_uses_energy(first):
     record, path = first
     thin = [record | {"scalars/hysteresis": area} for area in (1e-9, 3e-9)]
     assert differences(*thin, path)["hysteresis"] < 1e-6
 
 
-def test_what_completed_only_once_does_not_agree(undisturbed):
+def test_completed_only_once_disagrees(undisturbed):
     check = verify(undisturbed, sample=120, solver=stand_in.sometimes_fails)
     tabor = load_dataset(undisturbed).protocols["tabor"]
     failing = np.flatnonzero((tabor > 3.0) | (tabor < 0.25))
@@ -90,7 +90,7 @@ def test_what_completed_only_once_does_not_agree(undisturbed):
     assert np.isinf(check.differences["hysteresis"]).sum() == len(failing)
 
 
-def test_agreement_is_of_results_and_identity_of_every_column(first):
+def test_agreement_and_identity_of_columns(first):
     record, path = first
     assert len(record["jumps/time"]) == 1
     for name in record.keys() - {"index", "status"}:
@@ -101,7 +101,7 @@ def test_agreement_is_of_results_and_identity_of_every_column(first):
             assert agrees == (name not in ("fms/force", "scalars/pull_off_force", "scalars/hysteresis"))
 
 
-def test_protocols_are_those_of_the_design_but_for_their_last_digits(undisturbed, tmp_path):
+def test_protocols_match_but_for_last_digits(undisturbed, tmp_path):
     def nudge(file):
         for name in ("dwell_time", "peak_indentation"):
             file[f"protocols/{name}"][...] = np.nextafter(file[f"protocols/{name}"][...], np.inf)
@@ -111,7 +111,7 @@ def test_protocols_are_those_of_the_design_but_for_their_last_digits(undisturbed
         judged(altered(undisturbed, tmp_path, put("protocols/tabor", 1.234, 3)))
 
 
-def test_the_command_says_what_differs_and_ends_with_its_verdict(undisturbed, tmp_path, monkeypatch):
+def test_command_prints_its_verdict(undisturbed, tmp_path, monkeypatch):
     monkeypatch.setattr("bem.dataset.executors.warm_solver", lambda: stand_in.solve)
     good = command("verify", undisturbed, "--sample", 7)
     lines = good.stdout.splitlines()

@@ -16,7 +16,7 @@ from bem.materials_library import (
 )
 
 
-def test_moduli_of_a_standard_linear_solid_are_those_of_the_textbook():
+def test_sls_moduli_are_the_textbooks():
     solid = StandardLinearSolid(0.1)
     omega = np.geomspace(1e-3, 1e4, 20)
     g, t = 1.0 / 0.1 - 1.0, 0.1  # relaxation strength and time: t = k tau
@@ -31,7 +31,7 @@ def test_moduli_of_a_standard_linear_solid_are_those_of_the_textbook():
     assert relaxation_spectrum(Elastic())[0].size == 0
 
 
-def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
+def test_complex_modulus_transforms_creep():
     series = PronySeries([0.3, 0.4], [0.2, 3.0])
     omega = 1.7
     # i omega times the transform of C: C(0) plus that of its rate.
@@ -49,7 +49,7 @@ def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
     assert complex_modulus(series, omega) == pytest.approx(1.0 / compliance, rel=1e-6)
 
 
-def test_a_series_is_found_again_from_its_moduli():
+def test_series_is_recovered_from_moduli():
     true = PronySeries.from_moduli([2.0, 4.0, 1.0], [1e-3, 1e-1, 1e1])
     omega = np.geomspace(1e-3, 1e5, 80)
     fitted = fit_prony(omega, storage_modulus(true, omega, 2e6), loss_modulus(true, omega, 2e6), terms=40)
@@ -60,7 +60,7 @@ def test_a_series_is_found_again_from_its_moduli():
     )
 
 
-def test_the_shift_of_williams_landel_and_ferry():
+def test_williams_landel_ferry_shift():
     universal = {"reference": 0.0, "c1": 17.44, "c2": 51.6}
     assert wlf_shift(0.0, **universal) == 1.0
     assert wlf_shift(50.0, **universal) == pytest.approx(10 ** (-17.44 * 50 / 101.6))

@@ -41,7 +41,7 @@ def test_the_answer_is_the_same(answers, way):
     same(WAYS[way](), answers)
 
 
-def test_deeper_protocols_before_do_not_change_the_answer(answers):
+def test_deeper_runs_before_change_nothing(answers):
     """The influence matrix that is kept grows with the deepest scene so far."""
     deep = ramps(100.0, 1e3, 0.01, 1e3)
     simulate(Scene(3.2, StandardLinearSolid(0.1)), deep, "draft")

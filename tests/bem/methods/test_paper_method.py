@@ -15,7 +15,7 @@ def refined():
     return simulate(SCENE, PROTOCOL, "reference")
 
 
-def test_first_order_pairing_converges_to_the_solver(refined):
+def test_first_order_converges_to_solver(refined):
     errors = []
     for steps in (60, 120, 240):
         trajectory = simulate_paper_method(SCENE, PROTOCOL, nodes=100, steps=steps)
@@ -44,7 +44,7 @@ def test_steps_never_outlast_the_retardation():
     assert np.diff(trajectory.time).max() <= 20.0 / 40 * (1.0 + 1e-6)
 
 
-def test_elastic_folds_are_jumped_where_the_solver_jumps():
+def test_elastic_folds_jump_like_the_solver():
     scene, protocol = (
         Scene(3.0, Elastic()),
         LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0),

@@ -23,19 +23,19 @@ LAWS = [bem.LennardJones(), bem.Exponential(), bem.ConstantStress(), bem.Constan
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
-def test_rigid_paraboloids_bear_bradleys_force(law):
+def test_rigid_paraboloid_is_bradleys(law):
     assert rigid_tension(0.3, 2.0, law) == pytest.approx(2.0, rel=2e-3)
     assert most_tension(bem.Scene(0.3, adhesion=law)) == 2.0
     assert most_tension(bem.Scene(0.3, bem.StandardLinearSolid(0.01), law)) == pytest.approx(200.0)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0, 8.0])
-def test_other_tips_bear_the_largest_of_all_gaps(exponent):
+def test_other_tips_bear_the_largest_gap(exponent):
     forces = [tension_without_deformation(0.3, exponent, gap) for gap in np.linspace(0.75, 1.25, 500)]
     assert rigid_tension(0.3, exponent, bem.LennardJones()) == pytest.approx(max(forces), rel=2e-3)
 
 
-def test_without_adhesion_there_is_no_tension():
+def test_no_adhesion_means_no_tension():
     assert most_tension(bem.Scene(0.3, adhesion=bem.HardContact())) == 0.0
 
 
@@ -56,7 +56,7 @@ def test_the_outcome_names_the_broken_bound(force, energy, outcome):
     assert within_bounds(result, bem.Scene(1.0), least_force=-10.0, target=4e-3).outcome == outcome
 
 
-def test_what_breaks_a_bound_is_computed_by_steps(monkeypatch):
+def test_broken_bound_is_computed_by_steps(monkeypatch):
     def doubled(*request):
         result = march_elastic(*request)
         result.records["force"] *= 2.0

@@ -10,7 +10,7 @@ def records_of(times, forces, depths=None):
     return np.array(list(zip(times, depths, forces, 2.0 * times, strict=True)), RECORD)
 
 
-def test_the_vertex_of_a_parabola_is_found_between_uneven_steps():
+def test_vertex_between_uneven_steps():
     times = np.array([0.0, 0.4, 0.5, 1.3, 2.0])
     records = records_of(times, 3.0 - (times - 0.7) ** 2)
     unloading = np.array([False, True, True, True, True])
@@ -22,7 +22,7 @@ def test_the_vertex_of_a_parabola_is_found_between_uneven_steps():
     assert flags.tolist() == [False, True, True, True, True, True]
 
 
-def test_the_top_of_a_cubic_is_found_from_two_steps_before():
+def test_cubic_top_from_two_steps_before():
     times = np.array([0.0, 0.3, 0.6, 1.2])
     for slow in (times, 1e6 * times, 1e-6 * times):
         records = records_of(slow, times * (1.5 - times) * (2.0 - times))
@@ -53,7 +53,7 @@ def test_the_peak_is_of_third_order():
         assert worst_error(0.5 * step) < 0.2 * worst_error(step)
 
 
-def test_monotone_histories_and_short_ones_are_left_alone():
+def test_monotone_and_short_are_left_alone():
     for count in (1, 2, 9):
         times = np.arange(count, dtype=float)
         out, _ = with_peaks(records_of(times, times**2), np.zeros(count, bool))

@@ -12,7 +12,7 @@ def test_a_name_is_a_target():
     assert NAMED_TARGETS["draft"] > NAMED_TARGETS["standard"] > NAMED_TARGETS["reference"]
 
 
-def test_a_tighter_target_never_loosens_anything():
+def test_tighter_target_loosens_nothing():
     controls = [resolve_accuracy(target).controls() for target in np.geomspace(LOOSEST, TIGHTEST, 30)]
     for name in (*SHRINKING, "longest_step"):
         assert np.all(np.diff([getattr(settings, name) for settings in controls]) <= 0.0), name
@@ -22,14 +22,14 @@ def test_a_tighter_target_never_loosens_anything():
 
 
 @pytest.mark.parametrize("resistance", [0.0, 1.0])
-def test_controls_are_continuous_where_tight_targets_begin(resistance):
+def test_controls_are_continuous(resistance):
     below, above = (resolve_accuracy(2.8e-3 * factor) for factor in (1 - 1e-9, 1 + 1e-9))
     assert below.controls(resistance) == pytest.approx(above.controls(resistance), rel=1e-7)
     assert below.line_controls() == pytest.approx(above.line_controls(), rel=1e-7)
 
 
 @pytest.mark.parametrize(("tight", "loose"), [(1e-4, 4e-4), (1e-3, 4e-3)])
-def test_without_adhesion_spacing_and_curvature_shrink_with_their_order(tight, loose):
+def test_no_adhesion_spacing_orders(tight, loose):
     fine, coarse = (resolve_accuracy(target).line_controls() for target in (tight, loose))
     ratio = coarse.edge_spacing / fine.edge_spacing
     unit = 2.8e-3
@@ -37,7 +37,7 @@ def test_without_adhesion_spacing_and_curvature_shrink_with_their_order(tight, l
     assert coarse.curvature / fine.curvature == pytest.approx(ratio**2)
 
 
-def test_a_loose_target_keeps_an_edge_that_nothing_holds_back_from_being_pinned():
+def test_loose_target_leaves_no_pinned_edge():
     for name in ("draft", LOOSEST):
         assert resolve_accuracy(name).controls(0.0).edge_spacing == 0.10
         assert resolve_accuracy(name).controls(1.0).edge_spacing <= 0.37

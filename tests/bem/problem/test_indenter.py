@@ -17,7 +17,7 @@ from surrogate.validity import contacts
 from tests.processes import succeeded
 
 
-def test_the_paraboloid_is_that_of_hertz_and_the_cone_that_of_love():
+def test_paraboloid_is_hertz_cone_is_love():
     assert depth_factor(2.0) == 1.0
     assert depth_factor(2.0 + 1e-12) == pytest.approx(1.0)
     assert depth_factor(1.0) == pytest.approx(math.pi / 2.0)  # Johnson (1985), section 5.2
@@ -26,7 +26,7 @@ def test_the_paraboloid_is_that_of_hertz_and_the_cone_that_of_love():
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 4.0, 8.0])
-def test_force_and_indentation_belong_to_each_other(exponent):
+def test_force_and_indentation_correspond(exponent):
     depth = hertz.indentation_from_force(5.0, 0.7, exponent)
     assert hertz.force_from_indentation(depth, 0.7, exponent) == pytest.approx(-5.0)
     largest = minimize_scalar(
@@ -40,7 +40,7 @@ def test_force_and_indentation_belong_to_each_other(exponent):
     np.testing.assert_allclose(force, -2.0 * radius / np.pi * lift)
 
 
-def test_the_cone_is_that_of_maugis_and_barquins():
+def test_cone_is_maugis_barquins():
     assert jkr.pull_off_force(2.0) == pytest.approx(1.5)
     # 54 dgamma^2 tan(b)^3 / (pi E*), b half the angle of the cone, over pi Q beta dgamma = pi dgamma^2 tan(b)^3 / E*
     assert jkr.pull_off_force(1.0) == pytest.approx(54.0 / math.pi**2)
@@ -48,7 +48,7 @@ def test_the_cone_is_that_of_maugis_and_barquins():
 
 @pytest.mark.parametrize("exponent", [1.0, 2.0, 3.0, 8.0])
 @pytest.mark.parametrize("gap", [1.0, 4.0])
-def test_the_attraction_of_a_rigid_indenter_is_the_sum_over_its_surface(exponent, gap):
+def test_rigid_attraction_sums_the_surface(exponent, gap):
     tabor, radius = 0.5, np.geomspace(1e-7, 1e6, 400_000)
     h = gap + tabor * radius**exponent / exponent
     force = 2.0 * tabor * np.trapezoid(8.0 / 3.0 * (h**-3.0 - h**-9.0) * radius, radius)
@@ -56,7 +56,7 @@ def test_the_attraction_of_a_rigid_indenter_is_the_sum_over_its_surface(exponent
     assert tension_without_deformation(tabor, 2.0) == pytest.approx(2.0)
 
 
-def test_a_shape_is_written_and_read_and_none_is_not_written():
+def test_shape_is_written_only_if_given():
     scene = Scene(1.0, indenter=PowerLaw(3.0))
     with pytest.raises(ValueError, match="Expected Lennard-Jones adhesion, a paraboloid"):
         contacts(scene, 1)  # by a surrogate
@@ -66,7 +66,7 @@ def test_a_shape_is_written_and_read_and_none_is_not_written():
 
 
 @pytest.mark.parametrize("word", ["cone", "paraboloid", "power:3"])
-def test_a_shape_is_named_on_the_command_line(word):
+def test_shape_on_the_command_line(word):
     cycle = ["--tabor", "1", "--peak-indentation", "2", "--loading-rate", "5", "--unloading-rate", "5"]
     result = succeeded(app, ["simulate", *cycle, "--indenter", word, "--json"])
     assert json.loads(result.stdout)["status"] == "completed"

@@ -25,7 +25,7 @@ def spectra(draw):
 
 
 @given(spectra(), st.floats(-8, 8))
-def test_interconversion_satisfies_the_laplace_identity(spectrum, log_s):
+def test_interconversion_laplace_identity(spectrum, log_s):
     moduli, times = spectrum
     material = PronySeries.from_moduli(moduli, times)
     s = 10.0**log_s
@@ -36,7 +36,7 @@ def test_interconversion_satisfies_the_laplace_identity(spectrum, log_s):
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 25])
-def test_spectra_over_twelve_decades_keep_their_digits(count):
+def test_spectra_of_twelve_decades(count):
     generator = np.random.default_rng(count)
     moduli, times = 10.0 ** generator.uniform(-1.0, 1.0, count), np.logspace(-6.0, 6.0, count)
     weights, roots = relaxation_spectrum(PronySeries.from_moduli(moduli, times))
@@ -45,7 +45,7 @@ def test_spectra_over_twelve_decades_keep_their_digits(count):
 
 
 @pytest.mark.parametrize(("modulus", "time", "strength"), [(9.0, 0.1, 0.9), (1e-20, 1.0, 1e-20)])
-def test_one_term_gives_the_standard_linear_solid_also_where_it_is_too_weak_to_move_its_time(modulus, time, strength):
+def test_weak_single_term_is_the_sls(modulus, time, strength):
     material = PronySeries.from_moduli([modulus], [time])
     assert material.strengths == pytest.approx([strength])
     assert material.times == pytest.approx([1.0])
@@ -63,7 +63,7 @@ def test_elastic_scenes_have_no_memory():
     ("solid", "terms"),
     [(StandardLinearSolid(0.1), [(0.9, 1.0)]), (PronySeries([0.5, 0.2], [0.1, 10.0]), [(0.5, 0.1), (0.2, 10.0)])],
 )
-def test_creep_compliance_is_the_papers_and_the_sum_over_the_terms_of_a_series(solid, terms):
+def test_creep_compliance_sums_the_terms(solid, terms):
     time = np.linspace(0.0, 5.0, 11)
     expected = 1.0 - sum(strength * np.exp(-time / tau) for strength, tau in terms)
     np.testing.assert_allclose(solid.creep_compliance(time), expected, rtol=1e-14)
@@ -82,7 +82,7 @@ def test_prony_series_are_sorted_values():
 
 
 @given(st.floats(-300, 300), st.floats(-6, 6))
-def test_the_recursion_step_is_accurate_for_any_step(log_dt, log_time):
+def test_recursion_is_accurate_for_any_step(log_dt, log_time):
     dt, time = 10.0**log_dt, 10.0**log_time
     decay, gain = recursion_step(dt, time)
     ratio = dt / time

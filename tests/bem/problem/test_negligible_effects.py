@@ -23,7 +23,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("scene", "named", "material"), CASES)
-def test_it_is_left_out_and_said_and_hardly_moves_the_force(scene, named, material, monkeypatch):
+def test_negligible_effect_is_left_out(scene, named, material, monkeypatch):
     trajectory, glassy = simulate(scene, PATH), {"initial_state": "glassy"} if named.startswith("slow") else {}
     if glassy:  # the attraction at the start has deformed the slow solid
         assert trajectory.stats.left_out == ()
@@ -63,13 +63,13 @@ def test_what_matters_or_costs_nothing_stays(scene, protocol):
     assert simplified_scene(scene, path, 4e-3) == (scene, (), 0.0)
 
 
-def test_nothing_of_the_papers_box_is_left_out():
+def test_papers_box_leaves_nothing_out():
     for scene, protocol in [*corners_of_the_papers_box(), *drawn_from_the_papers_box(200)]:
         for target in (4e-3, 5e-2):
             assert simplified_scene(scene, protocol.history(scene.tabor), target) == (scene, (), 0.0)
 
 
-def test_all_bounds_together_stay_below_a_tenth():
+def test_bounds_together_stay_below_a_tenth():
     count = 20
     material = PronySeries(np.full(count, 4e-5), np.geomspace(0.1, 10.0, count))
     path = PiecewiseLinearProtocol([0.0, 1.0], [-3.0, 1.0])
@@ -86,7 +86,7 @@ def test_a_mesh_of_ones_own_keeps_everything():
 
 
 @pytest.mark.parametrize(("scene", "material"), [(CASES[1][0], CASES[1][2]), (CASES[4][0], CASES[4][2])])
-def test_a_recommendation_takes_the_same_bounds(scene, material):
+def test_recommendation_has_the_same_bounds(scene, material):
     recommendation = recommend(scene, PATH, 1e-3, best="fewest")
     assert recommendation.found_by == "estimate"
     assert recommendation.scene.spring is None

@@ -39,7 +39,7 @@ def test_no_dwell_no_segment():
     assert t1 == t2
 
 
-def test_a_peak_may_lie_between_the_start_and_zero_but_not_below_the_start():
+def test_peak_may_lie_below_zero():
     shallow = LoadingProtocol(**GOOD | {"peak_indentation": -1.0})
     assert shallow.history(tabor=1.0).rates.tolist() == pytest.approx([2.0, 0.0, -4.0])
     expected = (
@@ -56,7 +56,7 @@ def test_a_peak_may_lie_between_the_start_and_zero_but_not_below_the_start():
     dwell=st.sampled_from([0.0, 1e-6, 1.0, 1e3]),
     unload=st.floats(-3.0, 5.0),
 )
-def test_histories_of_the_hard_cases_are_well_formed(tabor, travel, load, dwell, unload):
+def test_hard_histories_are_well_formed(tabor, travel, load, dwell, unload):
     peak = default_start_indentation(tabor) + travel
     protocol = LoadingProtocol(
         peak_indentation=peak, loading_rate=10.0**load, dwell_time=dwell, unloading_rate=10.0**unload

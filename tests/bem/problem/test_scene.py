@@ -16,7 +16,7 @@ def test_defaults():
         scene.tabor = 2.0
 
 
-def test_a_spring_is_none_where_it_is_infinitely_stiff():
+def test_infinitely_stiff_spring_is_none():
     assert Scene(1.0, spring=np.inf) == Scene(1.0)
     assert Scene(1.0, spring=4).spring == 4.0
     assert Scene(1.0, spring=4.0) != Scene(1.0)

@@ -30,7 +30,7 @@ OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), Con
 GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
 
 
-def test_equilibrium_peak_and_work_of_adhesion():
+def test_equilibrium_peak_and_adhesion_work():
     assert traction(1.0) == 0.0
     assert slope(GAP_AT_PEAK) == pytest.approx(0.0, abs=1e-14)
     assert traction(GAP_AT_PEAK) == pytest.approx(PEAK_TRACTION, rel=1e-14)
@@ -39,7 +39,7 @@ def test_equilibrium_peak_and_work_of_adhesion():
 
 
 @given(st.floats(0.05, 50.0))
-def test_values_match_the_formula_and_slope_its_derivative(gap):
+def test_values_and_slopes_match(gap):
     assert traction(gap) == pytest.approx(8.0 / 3.0 * (gap**-3 - gap**-9), rel=1e-12, abs=1e-13 * gap**-9)
     step = 1e-6 * gap
     numerical = (traction(gap + step) - traction(gap - step)) / (2.0 * step)
@@ -47,7 +47,7 @@ def test_values_match_the_formula_and_slope_its_derivative(gap):
 
 
 @given(st.floats(0.8, 100.0))
-def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(gap):
+def test_force_and_energy_are_integrals(gap):
     attraction, beyond = (quad(of, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0] for of in (traction, potential))
     assert tail_force(gap) == pytest.approx(2.0 * attraction, rel=1e-8, abs=1e-9)
     assert potential(gap) == pytest.approx(-attraction, rel=1e-8, abs=1e-9)
@@ -55,7 +55,7 @@ def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(g
 
 
 @pytest.mark.parametrize("gap", GAPS)
-def test_the_formulas_of_any_law_are_those_of_lennard_jones_by_default(gap):
+def test_default_formulas_are_lennard_jones(gap):
     law = law_of(tractions.LennardJones())
     assert law is LENNARD_JONES
     values = [formula(law, gap) for formula in (traction_at, slope_at, potential_at, tail_force_at, tail_energy_at)]
@@ -63,7 +63,7 @@ def test_the_formulas_of_any_law_are_those_of_lennard_jones_by_default(gap):
 
 
 @pytest.mark.parametrize("adhesion", OTHERS)
-def test_other_laws_have_the_work_and_the_largest_traction_of_lennard_jones(adhesion):
+def test_laws_share_work_and_peak_traction(adhesion):
     law = law_of(adhesion)
     assert traction_at(law, 1.0) == pytest.approx(0.0, abs=1e-12)
     places = np.linspace(1.0, 3.0, 4001)
@@ -81,7 +81,7 @@ def test_other_laws_have_the_work_and_the_largest_traction_of_lennard_jones(adhe
 
 @pytest.mark.parametrize("adhesion", OTHERS)
 @pytest.mark.parametrize("gap", GAPS)
-def test_of_every_law_each_formula_is_the_derivative_of_the_next(adhesion, gap):
+def test_formulas_are_derivatives(adhesion, gap):
     law, step = law_of(adhesion), 1e-6
 
     def change(formula):
@@ -93,7 +93,7 @@ def test_of_every_law_each_formula_is_the_derivative_of_the_next(adhesion, gap):
     assert tail_force_at(law, gap) == -2.0 * potential_at(law, gap)
 
 
-def test_the_constant_stress_is_constant_between_rise_and_fall():
+def test_constant_stress_is_constant():
     narrow = ConstantStress(width=0.05)
     law = law_of(narrow)
     plateau = np.linspace(narrow.peak_gap, narrow.range - 0.025, 50)
@@ -139,7 +139,7 @@ PLATEAU = ConstantStress()
 LATE = type("Late", (ConstantStress,), {"peak_gap": 1.5, "breaks": PLATEAU.breaks, "range": PLATEAU.range})()
 
 
-def test_a_law_of_ones_own_may_be_part_of_a_scene():
+def test_users_law_is_part_of_a_scene():
     assert Scene(tabor=1.0, adhesion=morse()).adhesion.peak_gap == Morse.peak_gap
 
 
@@ -180,7 +180,7 @@ def test_a_law_of_ones_own_may_be_part_of_a_scene():
         ),
     ],
 )
-def test_a_wrong_law_is_refused_where_a_scene_takes_it(law, message):
+def test_wrong_law_is_refused_by_the_scene(law, message):
     with pytest.raises(ValueError, match=f"^{message}.*; received") as error:
         Scene(tabor=1.0, adhesion=law)
     assert "\n" not in str(error.value)

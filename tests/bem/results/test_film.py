@@ -22,14 +22,14 @@ def trajectory():
     return bem.simulate(SCENE, PROTOCOL, profiles=30)
 
 
-def test_profiles_change_the_trajectory_within_its_accuracy(trajectory):
+def test_profiles_change_little_else(trajectory):
     without = bem.simulate(SCENE, PROTOCOL)
     assert without.profiles is None
     assert trajectory.pull_off_force == pytest.approx(without.pull_off_force, rel=1e-3)
     assert trajectory.hysteresis == pytest.approx(without.hysteresis, rel=1e-3)
 
 
-def test_the_force_is_the_integral_of_the_traction(trajectory):
+def test_force_integrates_the_traction(trajectory):
     profiles = trajectory.profiles
     np.testing.assert_allclose(profiles.force, trajectory.at(profiles.time), rtol=1e-9)
     radius, stress = profiles.radius, profiles.tabor * profiles.traction
@@ -39,7 +39,7 @@ def test_the_force_is_the_integral_of_the_traction(trajectory):
     np.testing.assert_allclose(np.nansum(rings, axis=1), profiles.force, atol=0.02)
 
 
-def test_gap_and_traction_obey_the_law_and_the_geometry(trajectory):
+def test_gap_and_traction_obey_the_law(trajectory):
     profiles = trajectory.profiles
     pulling = profiles.traction > 1e-3
     np.testing.assert_allclose(profiles.traction[pulling], traction(profiles.gap[pulling]), rtol=1e-9)
@@ -48,7 +48,7 @@ def test_gap_and_traction_obey_the_law_and_the_geometry(trajectory):
     np.testing.assert_allclose(profiles.sphere + profiles.displacement, profiles.gap, rtol=1e-12)
 
 
-def test_the_displacement_of_an_elastic_contact_is_that_of_its_traction():
+def test_elastic_displacement_from_traction():
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
     profiles = bem.simulate(Scene(1.0, Elastic()), protocol, profiles=[2.5]).profiles
     finite = np.isfinite(profiles.radius[0])
@@ -58,7 +58,7 @@ def test_the_displacement_of_an_elastic_contact_is_that_of_its_traction():
     np.testing.assert_allclose(displacement[near], profiles.displacement[0, finite][near], atol=0.02)
 
 
-def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
+def test_moments_are_among_the_profiles(trajectory):
     named = moments(trajectory)
     assert list(named) == ["apart", "first contact", "pressed", "relaxed", "pull-off", "released"]
     # The pull-off time is that of the simulation before.
@@ -67,7 +67,7 @@ def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
     assert (named["pressed"], named["relaxed"]) == (held[0], held[-1])
 
 
-def test_pressed_is_the_deepest_contact_and_relaxed_ends_a_dwell():
+def test_pressed_and_relaxed_moments():
     # An elastic contact that is pulled throughout is pulled least where the sphere is far away.
     quick = LoadingProtocol(peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1000.0)
     scene = Scene(3.2, Elastic())
@@ -101,7 +101,7 @@ def test_profiles_become_tables(trajectory, tmp_path):
 
 
 @pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
-def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhesion):
+def test_filmstrip_marks_force_history(trajectory, adhesion):
     if isinstance(adhesion, HardContact):
         trajectory = bem.simulate(Scene(1.0, StandardLinearSolid(0.1), adhesion), PROTOCOL, "draft", profiles=30)
     figure = draw_filmstrip(trajectory)
@@ -116,7 +116,7 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory, adhes
     assert [float(tick.get_text()) > 0.0 for tick in figure.axes[-1].get_yticklabels()][2:] == [True] * adheres
 
 
-def test_a_film_has_a_frame_for_each_profile_and_its_labels_do_not_touch(tmp_path, monkeypatch):
+def test_film_has_a_frame_per_profile(tmp_path, monkeypatch):
     figures = []
 
     def layout(self, *engine, **more):
@@ -143,7 +143,7 @@ def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
         require_film("contact.mp4")
 
 
-def test_a_filmstrip_in_si_units_is_the_same_picture_in_metres_newtons_and_seconds():
+def test_si_filmstrip_is_the_same_picture():
     setup = Setup(radius="50um", work_of_adhesion="50mJ/m2", relaxed_modulus="2MPa")
     protocol = setup.protocol(peak_indentation="1um", loading_rate="2um/s", unloading_rate="2um/s")
     trajectory = bem.simulate(setup.scene(), protocol, "draft", profiles=12)

@@ -16,7 +16,7 @@ def drawn(trajectory):
     return [axes.lines[1].get_xydata() for axes in (history, loop)]
 
 
-def test_the_curve_goes_through_every_record_and_follows_the_interpolation_between():
+def test_curve_passes_through_every_record():
     time = np.linspace(0.0, 1.0, 9)
     trajectory = trajectory_of(time, 2.0 * time, np.sin(3.0 * time))
     history, loop = drawn(trajectory)
@@ -36,12 +36,12 @@ def test_the_curve_breaks_at_a_jump():
     assert np.isfinite(history[history[:, 0] != middle, 1]).all()
 
 
-def test_nothing_is_drawn_of_a_trajectory_that_was_not_started():
+def test_unstarted_trajectory_draws_nothing():
     with pytest.raises(ValueError, match="received status 'refused'"):
         draw_trajectory(trajectory_of([], [], [], status="refused"))
 
 
-def test_under_a_prescribed_force_the_indentation_is_drawn_over_time():
+def test_force_control_draws_indentation():
     weight = ForceProtocol(times=[0.0, 1.0, 2.0], forces=[-1.0, -5.0, 1.0])
     trajectory = simulate(Scene(tabor=1.0, material=Elastic()), weight, "draft")
     history, loop = draw_trajectory(trajectory).axes
@@ -56,7 +56,7 @@ def test_under_a_prescribed_force_the_indentation_is_drawn_over_time():
 
 
 @pytest.mark.parametrize("forces", [[0.0, -5.0, -5.0, 8.0], [-1.0, -2.0, -5.0, 1.5]])
-def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
+def test_pull_off_label_is_inside(forces):
     weight = ForceProtocol(times=[0.0, 0.1, 2.0, 3.0], forces=forces)
     trajectory = simulate(Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), weight, "draft")
     figure = draw_trajectory(trajectory)
@@ -77,7 +77,7 @@ def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
         (np.append(np.arange(8.0), 7.0001) + 1e5, None, None),
     ],
 )
-def test_instants_are_told_apart_and_do_not_overlap(corners, written, expected, monkeypatch):
+def test_instants_do_not_overlap(corners, written, expected, monkeypatch):
     for name in ("font.size", "font.family", "xtick.labelsize"):  # another test may have left others
         monkeypatch.setitem(mpl.rcParams, name, mpl.rcParamsDefault[name])
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")

@@ -59,20 +59,20 @@ THERE_AND_BACK = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0
         ([0, -1, -2, -2, -3, -4], [1, 1, 1, 0, 0, 0], {"jump_times": [2.0]}, 2.0, 2.0),  # nothing after the jump
     ],
 )
-def test_the_work_of_a_history_and_its_turnover_without_a_sign(depth, force, jumps, work, turnover):
+def test_work_and_turnover_of_a_history(depth, force, jumps, work, turnover):
     time = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]) if jumps else np.arange(len(depth))
     trajectory = trajectory_of(time, depth, force, **jumps)
     assert trajectory.work() == pytest.approx(work, abs=1e-12)
     assert trajectory.turnover() == pytest.approx(turnover)
 
 
-def test_the_history_jumps_where_the_contact_does():
+def test_history_jumps_with_the_contact():
     # In a dwell, where nothing else tells the two sides apart.
     jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], np.zeros(4), [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
     assert jumping.at([1.0 - 1e-12, 1.0]).tolist() == pytest.approx([2.0, -3.0])
 
 
-def test_pull_off_is_the_largest_force_while_unloading():
+def test_pull_off_is_the_unloading_maximum():
     history = trajectory_of(
         range(6), [0, 1, 2, 1, 0, -1], [3.0, 0.0, -5.0, 1.0, 2.0, 0.5], unloading=[0, 0, 1, 1, 1, 1]
     )
@@ -87,7 +87,7 @@ def test_what_never_unloads_has_no_pull_off():
     assert creep.max_compression == -1.0
 
 
-def test_an_unfinished_history_has_no_numbers_that_look_finished():
+def test_unfinished_history_has_no_numbers():
     broken = elliptic_loop(9, status="no stable equilibrium found", unloading=np.ones(17))
     assert not broken.completed
     names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force")
@@ -106,7 +106,7 @@ def test_the_summary_is_plain_data():
     assert summary["work"] == -0.5
 
 
-def test_the_far_field_is_the_attraction_of_undeformed_surfaces_with_half_of_the_gap_bridged():
+def test_far_field_is_undeformed_attraction():
     alone = dmt.rigid_force_from_indentation(-3.0)
     assert far_field([0.0, alone, 3.9 * alone, 4.1 * alone], -3.0).tolist() == [True, True, True, False]
     assert far_field(4.1 * alone, -3.0, doubt=0.2 * alone)
@@ -146,7 +146,7 @@ def cycle(tabor, modulus_ratio, rate, adhesion=None, **more):
         pytest.param(20.0, 0.001, 1000.0, True, marks=pytest.mark.slow),
     ],
 )
-def test_detached_is_what_lost_its_edge_and_its_force(tabor, modulus_ratio, rate, detached):
+def test_detached_lost_edge_and_force(tabor, modulus_ratio, rate, detached):
     trajectory = cycle(tabor, modulus_ratio, rate)
     assert trajectory.completed
     assert trajectory.detached is detached
@@ -154,13 +154,13 @@ def test_detached_is_what_lost_its_edge_and_its_force(tabor, modulus_ratio, rate
         assert trajectory.end_force > 0.3 * trajectory.pull_off_force
 
 
-def test_without_adhesion_detached_is_what_carries_no_force():
+def test_detached_without_adhesion():
     assert cycle(1.0, 0.1, 10.0, HardContact()).detached
     assert cycle(1.0, 0.1, 1000.0, HardContact(), start_indentation=1.0).detached  # the dent is deeper
     assert not cycle(1.0, 0.1, 0.1, HardContact(), start_indentation=1.0).detached
 
 
-def test_a_neck_about_to_break_is_not_detached_yet():
+def test_breaking_neck_is_not_detached():
     end = default_start_indentation(1.0)
     broken, neck = (trajectory_of([0.0, 1.0], [end, end], [0.1, force]) for force in (0.3, 1.2))
     assert broken.detached
@@ -175,13 +175,13 @@ def behind_a_spring(spring, **options):
     return dataclasses.replace(plain, spring=spring), stage
 
 
-def test_the_stage_is_the_indentation_less_the_extension_of_the_spring():
+def test_stage_is_indentation_less_extension():
     trajectory, stage = behind_a_spring(4.0)
     np.testing.assert_allclose(trajectory.stage, stage, atol=1e-12)
     assert trajectory_of([0.0, 1.0], [0.0, 1.0], [0.0, -2.0]).stage.tolist() == [0.0, 1.0]
 
 
-def test_the_work_behind_a_spring_is_that_of_the_sphere():
+def test_work_behind_a_spring_is_the_spheres():
     trajectory, _ = behind_a_spring(4.0)
     assert trajectory.work() == pytest.approx(0.0, abs=1e-9)
     half = trajectory.time <= 39.0
@@ -194,14 +194,14 @@ def test_the_work_behind_a_spring_is_that_of_the_sphere():
     assert loading.work() == pytest.approx(loading.force[-1] ** 2 / 4.0, rel=1e-9)
 
 
-def test_a_prescribed_force_is_linear_between_entries():
+def test_prescribed_force_is_linear():
     plain = trajectory_of([0.0, 1.0, 3.0], [0.0, 1.0, 4.0], [0.0, -2.0, -2.0])
     trajectory = dataclasses.replace(plain, by_force=True)
     np.testing.assert_allclose(trajectory.at([0.5, 1.0, 2.0]), [-1.0, -2.0, -2.0])
     assert trajectory.work() == pytest.approx(1.0 + 6.0)
 
 
-def test_a_sphere_that_flew_off_is_detached_and_its_history_complete():
+def test_flown_off_sphere_is_detached():
     status = "detached: no contact bears the prescribed force (at time 3, indentation 1)"
     plain = trajectory_of([0.0, 1.0, 3.0], [2.0, 2.0, 1.0], [0.0, 0.0, 1.5], status=status, unloading=[0, 1, 1])
     trajectory = dataclasses.replace(plain, by_force=True)

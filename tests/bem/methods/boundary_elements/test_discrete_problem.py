@@ -11,7 +11,7 @@ PATH = PiecewiseLinearProtocol([0.0, 1.0], [-5.0, 10.0])
 
 
 @pytest.mark.parametrize(("adhesion", "tension"), [(LennardJones(), 2.0), (HardContact(), 0.0)])
-def test_the_sphere_reaches_no_deeper_than_the_bound(adhesion, tension):
+def test_sphere_stays_above_the_bound(adhesion, tension):
     def deepest(path=PATH, spring=None):
         return deepest_indentation(Scene(2.0, adhesion=adhesion, spring=spring), path)
 
@@ -38,7 +38,7 @@ def test_a_grid_that_moves_is_made_for_lines(scene, moves):
 @pytest.mark.parametrize(
     ("depth", "dwell", "finer"), [(10.0, 9.0, False), (10.0, 11.0, True), (10.0, 1e3, True), (-20.0, 1e3, False)]
 )
-def test_a_long_dwell_in_contact_takes_a_finer_mesh(depth, dwell, finer):
+def test_long_dwell_takes_a_finer_mesh(depth, dwell, finer):
     """An edge that creeps to rest sticks at the nodes of the mesh that fast ramps allow."""
     scene, accuracy = Scene(3.0, StandardLinearSolid(0.1)), resolve_accuracy("standard")
     held = PiecewiseLinearProtocol([0.0, 0.1, 0.1 + dwell, 0.2 + dwell], [-30.0, depth, depth, -30.0])
@@ -61,7 +61,7 @@ FAST, SLOW, HOLD = [20.0, 0.0, -20.0], [1e-3, -1e-3], [0.0]
         (HOLD + FAST + [1e-3] + FAST, 4),
     ],
 )
-def test_the_grid_has_twice_the_spacing_until_a_cycle_needs_the_finer_one(rates, wide):
+def test_spacing_doubles_unless_cycled(rates, wide):
     times = np.arange(len(rates) + 1.0)
     path = PiecewiseLinearProtocol(times, np.cumsum([-3.0, *rates]))
     scheme = problem_of(Scene(1.0, StandardLinearSolid(0.1)), path, resolve_accuracy("standard")).scheme

@@ -24,7 +24,7 @@ def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf)
 
 @pytest.mark.parametrize("response", [1.0, 0.1])
 @pytest.mark.parametrize(("tabor", "indentation"), [(0.02, -1.0), (0.2, 0.5), (1.0, 1.0), (0.6, 3.0)])
-def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, response):
+def test_accepted_state_solves_gap_equation(tabor, indentation, response):
     mesh, rhs, gap, tractions, work, _, accepted = solved(tabor, indentation, response)
     assert accepted
     np.testing.assert_allclose(tractions, stress(tabor, gap), rtol=1e-12)
@@ -34,19 +34,19 @@ def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, respon
     assert work[ITERATIONS] > 0
 
 
-def test_the_factorisation_is_kept_and_the_far_field_leaves_the_linear_system():
+def test_factors_are_kept_without_far_field():
     mesh, _, gap, _, work, factor, _ = solved(1.0, 1.0)
     assert 1 <= work[FACTORISATIONS] < work[ITERATIONS]
     assert 3 <= factor.order[0] < gap.size
     assert work[UNKNOWNS] < work[ITERATIONS] * mesh.radii.size
 
 
-def test_a_residual_that_cannot_be_reached_is_not_accepted():
+def test_unreachable_residual_is_refused():
     *_, accepted = solved(1.0, 1.0, tolerance=0.0)
     assert not accepted
 
 
-def test_the_contact_edge_is_where_the_tension_peaks():
+def test_edge_is_where_tension_peaks():
     radii = np.array([0.0, 1.0, 2.0, 3.0])
     gap = np.array([0.9, 1.0, GAP_AT_PEAK + 1.0, 5.0])
     expected = 1.0 + (GAP_AT_PEAK - 1.0) / GAP_AT_PEAK
@@ -55,7 +55,7 @@ def test_the_contact_edge_is_where_the_tension_peaks():
 
 
 @pytest.mark.parametrize("response", [1.0, 1e-3])
-def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
+def test_force_is_exact_however_stiff(response):
     allowed = 1e-4
     mesh, rhs, gap, tractions, _, factor, accepted = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
     *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
@@ -71,7 +71,7 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
 
 
 @pytest.mark.parametrize(("stiffness", "stable"), [(0.5, True), (2.0, False)])
-def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, stable):
+def test_negative_eigenvalue_is_refused(stiffness, stable):
     gap = np.array([1.5, 3.0, 3.0, 3.0])  # of nodes that do not feel each other
     tractions = stress(1.0, gap)
     rhs = gap + stiffness * tractions
@@ -87,7 +87,7 @@ def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, st
 
 
 @pytest.mark.parametrize(("shrinks_by", "share"), [(0.5, -1.0), (0.3, -3.0 / 7.0), (-0.5, 1.0 / 3.0)])
-def test_errors_that_shrink_by_one_factor_are_summed_up(shrinks_by, share):
+def test_geometric_errors_are_summed(shrinks_by, share):
     residual = np.array([0.3, -0.2, 0.1])
     anderson = anderson_share(shrinks_by * residual, residual)
     assert anderson == pytest.approx(share)
@@ -95,6 +95,6 @@ def test_errors_that_shrink_by_one_factor_are_summed_up(shrinks_by, share):
     assert 1.0 - anderson == pytest.approx(1.0 / (1.0 - shrinks_by))
 
 
-def test_no_extrapolation_reaches_where_the_iteration_alone_would_not():
+def test_extrapolation_stays_in_reach():
     residual = np.array([0.3, -0.2, 0.1])
     assert [anderson_share(factor * residual, residual) for factor in (0.9, 1.0, 1.5)] == [-2.0, 0.0, 0.4]

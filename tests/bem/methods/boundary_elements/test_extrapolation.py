@@ -43,7 +43,7 @@ def law(gap):
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2])
-def test_open_gaps_are_extrapolated_by_the_polynomial_through_all_solutions(degree):
+def test_open_gaps_follow_the_polynomial(degree):
     coefficients = np.array([[2.0, 0.3, -0.05], [5.0, -0.2, 0.1]])[:, : degree + 1]
 
     def exact(time):
@@ -56,7 +56,7 @@ def test_open_gaps_are_extrapolated_by_the_polynomial_through_all_solutions(degr
     np.testing.assert_allclose(stress, law(gap), rtol=1e-12)
 
 
-def test_pressed_nodes_are_extrapolated_in_traction():
+def test_pressed_nodes_follow_traction():
     pressures = [np.array([-1.0 - 3.0 * t + 0.5 * t * t]) for t in (0.0, 1.0, 1.5)]
     gaps = [np.array([0.9])] * 3
     gap, stress = predicted(history(gaps, pressures, [0.0, 1.0, 1.5]), 2.0)
@@ -64,7 +64,7 @@ def test_pressed_nodes_are_extrapolated_in_traction():
     assert law(gap)[0] == pytest.approx(-5.0, rel=1e-6)
 
 
-def test_a_pressed_node_pulled_beyond_the_law_is_let_go():
+def test_overpulled_node_is_released():
     tensions = [np.array([0.0]), np.array([TABOR * PEAK_TRACTION])]
     gap, _ = predicted(history([np.array([1.0])] * 2, tensions, [0.0, 1.0]), 2.0)
     assert 1.1 < gap[0] < 1.2
@@ -75,14 +75,14 @@ def test_a_wild_extrapolation_is_held_back():
     assert gap[0] == pytest.approx(0.7 * 2.0)
 
 
-def test_hard_contact_never_predicts_penetration_or_tension():
+def test_hard_contact_predicts_no_tension():
     gaps, stresses = [np.array([1.5, 1.0]), np.array([1.1, 1.0])], [np.array([0.0, -2.0]), np.array([0.0, -1.0])]
     gap, stress = predicted(history(gaps, stresses, [0.0, 1.0]), 4.0, nonadhesive=True)
     np.testing.assert_array_equal(gap, [1.0, 1.0])
     np.testing.assert_array_equal(stress, [0.0, 0.0])
 
 
-def test_only_the_last_four_solutions_are_kept_and_three_are_judged_by():
+def test_four_solutions_kept_three_judged():
     gaps = [np.array([100.0]), *(np.array([2.0 + 0.1 * t**3]) for t in (1.0, 2.0, 3.0, 4.0))]
     recent = history(gaps, [law(g) for g in gaps], [0.0, 1.0, 2.0, 3.0, 4.0])
     assert recent.count[0] == DEPTH == 4
@@ -99,20 +99,20 @@ def error_of(changed_node, change):
     return prediction_error(LJ, MESH.force_weights, guess, law(guess), gap, law(gap), Scales(1.0), np.nan)
 
 
-def test_the_error_is_relative_and_forgives_the_far_field():
+def test_error_is_relative_to_the_near_field():
     assert error_of(0, 0.0) == 0.0
     assert error_of(0, 1e-3) == pytest.approx(1e-3, rel=0.1)
     assert error_of(0, 2e-3) == pytest.approx(2.0 * error_of(0, 1e-3), rel=0.01)
     assert 0.0 < error_of(-1, 1e-3) < 0.1 * error_of(0, 1e-3)
 
 
-def test_the_expected_force_is_the_polynomial_through_the_last_ones():
+def test_expected_force_is_the_polynomial():
     gaps, times = [[2.0]] * 3, [0.0, 1.0, 2.0]
     assert expected_force(history(gaps[:1], gaps[:1], times[:1]), 5.0) == 1.0
     assert expected_force(history(gaps, gaps, times, [1.0, 2.0, 5.0]), 4.0) == pytest.approx(17.0)
 
 
-def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_and_its_scale():
+def test_force_error_is_relative_to_scale():
     gap, weights = np.array([1.3, 2.0]), np.array([3.0, 1.0])
     force = force_of(LJ, weights, gap, law(gap))
     for scale in (0.1, 100.0):
@@ -121,14 +121,14 @@ def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_an
 
 
 @pytest.mark.parametrize(("force", "expected"), [(-10.0, 2.0 * 0.1 / 10.0), (-0.5, 2.0 * 0.1 / 1.0)])
-def test_without_adhesion_the_force_alone_decides(force, expected):
+def test_force_decides_without_adhesion(force, expected):
     gap, pressure = np.array([1.0, 3.0]), np.array([0.5 * force, 0.0])
     guess, hard = pressure - np.array([0.05, 0.0]), lennard_jones(TABOR, nonadhesive=True)
     error = prediction_error(hard, np.full(2, 2.0), 2.0 * gap, guess, gap, pressure, Scales(1.0), np.nan)
     assert error == pytest.approx(expected)
 
 
-def test_the_bend_is_the_distance_from_the_line_through_the_last_two_forces():
+def test_bend_is_distance_from_the_line():
     gaps = [[2.0]] * 2
     assert bend_of_force(history(gaps[:1], gaps[:1], [0.0]), 3.0, 9.0) == 0.0
     recent = history(gaps, gaps, [0.0, 2.0], [1.0, 5.0])
@@ -136,7 +136,7 @@ def test_the_bend_is_the_distance_from_the_line_through_the_last_two_forces():
     assert bend_of_force(recent, 3.0, 5.0) == pytest.approx(2.0)
 
 
-def test_the_history_errs_by_what_lies_between_the_steps():
+def test_history_errs_between_the_steps():
     weights, times = np.array([0.7, 0.4]), np.array([0.0, 1.0, 2.5])
 
     def gap_at(time):

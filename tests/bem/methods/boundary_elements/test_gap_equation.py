@@ -51,7 +51,7 @@ def residual_under(scene, control, mesh, gap, tractions):
     return gap + RESPONSE * influence.T @ tractions - rhs
 
 
-def test_the_gap_equation_with_a_spring_is_that_at_the_indentation_of_the_sphere(contact):
+def test_spring_equation_is_at_indentation(contact):
     stage, sphere = -0.4, -0.4 + force_in(*contact) / STIFFNESS
     residual = residual_under(problem(), stage, *contact)
     np.testing.assert_allclose(residual, residual_at(sphere, *contact), atol=1e-10)
@@ -59,11 +59,11 @@ def test_the_gap_equation_with_a_spring_is_that_at_the_indentation_of_the_sphere
     assert state_under(problem(), mesh, stage, NOTHING, gap, tractions).depth == pytest.approx(sphere)
 
 
-def test_a_rigid_device_leaves_the_gap_equation_alone(contact):
+def test_rigid_device_changes_nothing(contact):
     np.testing.assert_array_equal(residual_under(problem(spring=None), 0.3, *contact), residual_at(0.3, *contact))
 
 
-def test_the_matrix_holds_the_slope_of_the_far_force(contact):
+def test_matrix_has_the_far_force_slope(contact):
     """A small change of the last gap changes the force by the weight that the matrix gives to the last traction."""
     mesh, gap, tractions = contact
     lifts = (influence_of(problem(), mesh, RESPONSE, gap) - mesh.influence) * RESPONSE * STIFFNESS
@@ -76,7 +76,7 @@ def test_the_matrix_holds_the_slope_of_the_far_force(contact):
     assert lifts[-1, 0] == pytest.approx(slope, rel=1e-3)
 
 
-def test_a_prescribed_force_is_a_soft_spring_from_where_the_sphere_is_expected(contact):
+def test_force_control_is_a_soft_spring(contact):
     scene, load = problem(LOAD), -2.0
     assert scene.device.compliance > 500.0  # the spring is no part of the sphere's equilibrium then
     # Where the outermost node has its expected gap, what is left there is the difference of the forces.
@@ -84,7 +84,7 @@ def test_a_prescribed_force_is_a_soft_spring_from_where_the_sphere_is_expected(c
     assert left == pytest.approx(scene.device.compliance * (force_in(*contact) - load), rel=1e-6)
 
 
-def test_the_expected_depth_is_that_of_the_gap_equation(contact):
+def test_expected_depth_solves_the_equation(contact):
     mesh, gap, tractions = contact
     depth = expected_depth(mesh, rigid_side(lennard_jones(TABOR), mesh, 0.0, NOTHING), RESPONSE, gap, tractions)
     assert residual_at(depth, *contact)[-1] == pytest.approx(0.0, abs=1e-10)
@@ -102,11 +102,11 @@ def test_the_expected_depth_is_that_of_the_gap_equation(contact):
         (STAGE, 1.0, 0.1, False),
     ],
 )
-def test_nothing_bears_a_tension_far_above_the_force(path, control, force, gone):
+def test_no_tension_far_above_the_force(path, control, force, gone):
     assert has_flown_off(problem(path), control, force) is gone
 
 
-def test_a_small_indentation_is_judged_by_its_scale():
+def test_small_indentation_uses_its_scale():
     device = problem().device._replace(depth_scale=2.0)
     assert depth_error(device, 0.1, 0.0) == pytest.approx(0.075)
     assert depth_error(device, 11.0, 10.0) == pytest.approx(0.15)

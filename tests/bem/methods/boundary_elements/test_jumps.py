@@ -47,7 +47,7 @@ def both(mesh):
     return settled(middle, far, mesh), settled(middle, touching, mesh)
 
 
-def test_two_stable_states_coexist_between_the_folds(mesh, both):
+def test_two_states_between_the_folds(mesh, both):
     opened, closed = both
     assert opened[0] > 2.0
     assert closed[0] < 1.2
@@ -56,7 +56,7 @@ def test_two_stable_states_coexist_between_the_folds(mesh, both):
         assert smallest_eigenvalue(LJ, mesh.influence, gap, 1.0) > 0.0
 
 
-def test_beyond_the_folds_one_state_attracts_from_everywhere_and_just_before_the_state_stays(mesh, both):
+def test_one_state_attracts_beyond_the_folds(mesh, both):
     opened, closed = both
     assert settled(JUMP_IN + 0.1, opened, mesh)[0] < 1.2
     assert settled(JUMP_OUT - 0.1, closed, mesh)[0] > 2.0
@@ -65,14 +65,14 @@ def test_beyond_the_folds_one_state_attracts_from_everywhere_and_just_before_the
 
 
 @pytest.mark.parametrize("response", [1.0, 0.1])
-def test_the_eigenvalue_is_the_one_nearest_to_zero(mesh, both, response):
+def test_eigenvalue_is_the_nearest_to_zero(mesh, both, response):
     for gap in both:
         values = np.linalg.eigvals(jacobian(mesh, gap, response)).real
         nearest = values[np.argmin(np.abs(values))]
         assert smallest_eigenvalue(LJ, mesh.influence, gap, response) == pytest.approx(nearest, rel=5e-3)
 
 
-def test_an_unstable_state_has_a_negative_eigenvalue(mesh, both):
+def test_unstable_state_has_negative_one(mesh, both):
     opened, closed = both
 
     def lowest(shift):

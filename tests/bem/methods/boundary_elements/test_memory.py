@@ -36,7 +36,7 @@ def remember(memory, ago, traction, vectors):
             memory.vectors[k, i, 0] = vectors(-back, tau)
 
 
-def test_piecewise_linear_traction_is_integrated_exactly_for_any_step():
+def test_linear_traction_is_exact():
     rng = np.random.default_rng(1)
     instants = np.append(0.0, np.cumsum(10.0 ** rng.uniform(-3.0, 2.0, 12)))
     values = np.append(0.0, rng.standard_normal(12))
@@ -53,7 +53,7 @@ def test_piecewise_linear_traction_is_integrated_exactly_for_any_step():
 
 
 @pytest.mark.parametrize("step", [1e-8, 1e-3, 0.04, 0.06, 0.3])
-def test_short_steps_integrate_a_parabola_exactly(step):
+def test_short_steps_are_exact_for_parabolas(step):
     material = StandardLinearSolid(modulus_ratio=0.1)
     memory = memory_of(material)
     assert step < 4.0 * shortest_relaxation(memory.strengths, memory.times)
@@ -65,7 +65,7 @@ def test_short_steps_integrate_a_parabola_exactly(step):
 
 @pytest.mark.parametrize("step", [0.5, 3.0, 200.0])
 @pytest.mark.parametrize(("growth", "degree"), [(1.0, 3), (1.4, 3), (2.0, 2)])
-def test_long_steps_are_exact_for_polynomials_of_the_order_claimed(step, growth, degree):
+def test_long_steps_have_the_claimed_order(step, growth, degree):
     memory = memory_of(StandardLinearSolid(modulus_ratio=0.1))
     solution = {
         2: (lambda t: t**2, lambda t, tau: 2.0 * tau * t - 2.0 * tau**2),
@@ -77,7 +77,7 @@ def test_long_steps_are_exact_for_polynomials_of_the_order_claimed(step, growth,
     assert memory.vectors[0, 0, 0] == pytest.approx(solution[1](step, 1.0), rel=1e-11)
 
 
-def test_a_step_that_grew_fast_uses_one_state_less():
+def test_fast_growing_step_drops_a_state():
     memory = memory_of(StandardLinearSolid(modulus_ratio=0.1))
     remember(memory, [0.0, 1.0, 2.0], lambda t: t, lambda _, tau: tau)
     assert np.all(step_factors(memory, 1.4, True).vector[2] != 0.0)
@@ -86,7 +86,7 @@ def test_a_step_that_grew_fast_uses_one_state_less():
 
 @pytest.mark.parametrize("growth", [1.0, 1.4])
 @pytest.mark.parametrize("relaxations", [0.1, 1.0, 3.9, 4.1, 10.0, 1e2, 1e4])
-def test_conforming_surfaces_relax_without_ringing(relaxations, growth):
+def test_conforming_surfaces_do_not_ring(relaxations, growth):
     material = StandardLinearSolid(modulus_ratio=1e-3)
     memory = memory_of(material)
     step = relaxations * shortest_relaxation(memory.strengths, memory.times)
@@ -103,7 +103,7 @@ def test_conforming_surfaces_relax_without_ringing(relaxations, growth):
     assert max(sizes[-4:]) < 0.5 * sizes[0]
 
 
-def test_one_prony_term_is_the_standard_linear_solid():
+def test_one_term_is_the_sls():
     solid, series = memory_of(StandardLinearSolid(modulus_ratio=0.2)), memory_of(PronySeries([0.8], [1.0]))
     for step, value, earlier in ((0.1, 1.0, False), (0.2, 0.3, True), (3.0, -2.0, True)):
         a = take_step(solid, step, earlier, np.array([value]))
@@ -111,7 +111,7 @@ def test_one_prony_term_is_the_standard_linear_solid():
         assert a[0] == pytest.approx(b[0], rel=1e-14)
 
 
-def test_the_response_lies_between_the_moduli():
+def test_response_lies_between_moduli():
     for material in (StandardLinearSolid(modulus_ratio=1e-3), BROAD):
         memory = memory_of(material)
         responses = [step_factors(memory, step, False).response for step in np.geomspace(1e-9, 1e9, 40)]
@@ -120,7 +120,7 @@ def test_the_response_lies_between_the_moduli():
         assert responses[-1] == pytest.approx(1.0, rel=1e-5)
 
 
-def test_an_elastic_half_space_has_nothing_to_remember():
+def test_elastic_half_space_has_no_memory():
     memory = memory_of(Elastic(), size=500)
     factors = step_factors(memory, 0.1, True)
     assert memory.vectors.size == memory.traction.size == remembered_in(memory, factors).traction.size == 0
@@ -128,12 +128,12 @@ def test_an_elastic_half_space_has_nothing_to_remember():
     assert shortest_relaxation(memory.strengths, memory.times) == np.inf
 
 
-def test_the_shortest_relaxation_is_that_of_an_imposed_displacement():
+def test_shortest_time_is_of_displacement():
     memory = memory_of(StandardLinearSolid(modulus_ratio=0.01))
     assert shortest_relaxation(memory.strengths, memory.times) == pytest.approx(0.01)
 
 
-def test_after_a_corner_earlier_states_are_not_used():
+def test_states_before_a_corner_are_unused():
     memory = memory_of(StandardLinearSolid(modulus_ratio=0.1))
     remember(memory, [0.0, 0.1, 0.2], lambda t: t * t, lambda t, _: t)
     forget_rate(memory)

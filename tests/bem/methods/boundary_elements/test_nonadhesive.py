@@ -19,7 +19,7 @@ def solved(indentation, *, tabor=1.0, response=1.0, closed_before=False):
 
 @pytest.mark.parametrize("closed_before", [False, True])
 @pytest.mark.parametrize("indentation", [0.1, 1.0, 30.0])
-def test_either_the_gap_is_closed_or_there_is_no_traction(indentation, closed_before):
+def test_gap_is_closed_or_traction_free(indentation, closed_before):
     mesh, rhs, gap, tractions, converged = solved(indentation, closed_before=closed_before)
     assert converged
     assert np.all(tractions <= 0.0)
@@ -42,7 +42,7 @@ def test_without_contact_there_is_no_force():
 
 
 @pytest.mark.parametrize("missing", [1, 3])
-def test_nodes_that_would_pass_through_are_closed(missing):
+def test_interpenetrating_nodes_are_closed(missing):
     """The contact is found from a prediction with too few closed nodes."""
     mesh = fixed_mesh(1.0, uniform_mesh(2.5, 100), False)
     rhs = right_side(mesh, 1.0, 4.0)

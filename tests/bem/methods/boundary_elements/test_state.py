@@ -44,7 +44,7 @@ def test_the_same_nodes_keep_the_solution(grid):
     np.testing.assert_allclose(new_stress, stress, atol=1e-5)
 
 
-def test_a_smooth_solution_survives_between_nodes(grid):
+def test_smooth_solution_survives_remeshing(grid):
     old, new = selection(grid, range(0, grid.size, 3)), selection(grid, range(0, grid.size - 2, 2))
     gap, stress = smooth_contact(old)
     new_gap, new_stress = moved(old, gap, stress, new)
@@ -55,7 +55,7 @@ def test_a_smooth_solution_survives_between_nodes(grid):
     assert np.all(np.abs(new_gap / exact_gap - 1.0) < 0.02)
 
 
-def test_beyond_the_old_mesh_the_sphere_is_undeformed(grid):
+def test_sphere_is_undeformed_beyond_mesh(grid):
     old, new = selection(grid, range(20)), selection(grid, range(0, grid.size, 4))
     gap = 3.0 + 0.5 * TABOR * old.radii**2
     new_gap, new_stress = moved(old, gap, law(gap), new)

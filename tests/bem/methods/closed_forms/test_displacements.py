@@ -29,7 +29,7 @@ def by_quadrature(pressure, r):
         (displacements.cone_pressure, lambda s: 1.0 - s),
     ],
 )
-def test_closed_forms_equal_the_integral_of_the_kernel(displacement, pressure, r):
+def test_closed_forms_are_kernel_integrals(displacement, pressure, r):
     assert displacement(r) == pytest.approx(by_quadrature(pressure, r), rel=1e-8)
 
 

@@ -10,7 +10,7 @@ PROTOCOL = LoadingProtocol(
 )
 
 
-def test_ramp_is_the_integral_of_the_relaxation_modulus():
+def test_ramp_is_the_modulus_integral():
     k, tabor = 0.1, 1.3
     history = PROTOCOL.history(tabor)
     time = 0.6

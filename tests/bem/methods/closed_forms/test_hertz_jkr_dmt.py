@@ -13,7 +13,7 @@ def test_hertz_in_its_own_units():
 
 
 @pytest.mark.parametrize("tabor", [0.3, 1.0, 5.0])
-def test_jkr_pull_off_under_load_and_displacement_control(tabor):
+def test_jkr_pull_off_by_load_and_depth(tabor):
     largest = minimize_scalar(lambda a: -jkr.force_from_contact_radius(a), bounds=(0.1, 5.0), method="bounded")
     assert -largest.fun == pytest.approx(jkr.PULL_OFF_FORCE, rel=1e-9)
     lowest = minimize_scalar(
@@ -31,7 +31,7 @@ def test_jkr_landmarks_of_the_book():
 
 
 @given(st.floats(0.1, 20.0), st.floats(0.51, 200.0))
-def test_jkr_stable_branch_inverts_the_radius(tabor, radius):
+def test_jkr_branch_inverts_the_radius(tabor, radius):
     a = max(radius, 1.01 * jkr.FOLD_RADIUS)
     indentation = jkr.indentation_from_contact_radius(a, tabor)
     assert jkr.contact_radius_from_indentation(indentation, tabor) == pytest.approx(a, rel=1e-10)
@@ -43,7 +43,7 @@ def test_jkr_has_no_contact_beyond_the_fold():
     assert jkr.force_from_indentation(jkr.fold_indentation(2.0), 2.0) == pytest.approx(jkr.FOLD_FORCE, rel=1e-6)
 
 
-def test_jkr_approaches_hertz_when_pressed_deep():
+def test_jkr_nears_hertz_when_deep():
     ratio = jkr.force_from_indentation(1e8, 1.0) / hertz.force_from_indentation(1e8, 1.0)
     assert ratio == pytest.approx(1.0, abs=1e-4)
 

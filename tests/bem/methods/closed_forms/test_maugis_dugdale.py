@@ -5,7 +5,7 @@ from bem.methods.closed_forms import dmt, jkr
 from bem.methods.closed_forms import maugis_dugdale as maugis
 
 
-def test_conversion_factor_of_johnson_and_greenwood():
+def test_johnson_greenwood_conversion():
     assert maugis.maugis_parameter(1.0) == pytest.approx(1.157, abs=1e-3)
 
 

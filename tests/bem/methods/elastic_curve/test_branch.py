@@ -33,7 +33,7 @@ def points(branch):
     return branch.reaching(10.0, np.inf)[0]
 
 
-def test_every_point_is_an_equilibrium_with_its_edge_on_a_node(branch, points):
+def test_points_are_equilibria_on_nodes(branch, points):
     for k in range(45, points.size, 7):  # before, surfaces are so far apart that they do not deform
         point, level, n = points[k], points["level"][k], points["nodes"][k]
         scaled, gap = branch._meshes.radii[level, :n], branch._gaps[k, :n]
@@ -45,7 +45,7 @@ def test_every_point_is_an_equilibrium_with_its_edge_on_a_node(branch, points):
             assert gap[np.argmin(np.abs(radii - point["contact_radius"]))] == GAP_AT_PEAK
 
 
-def test_it_runs_from_surfaces_far_apart_to_the_deepest_contact(points):
+def test_curve_spans_far_to_deepest(points):
     depth, force = points["indentation"], points["force"]
     assert depth[0] < -1e6
     far = depth < -60.0
@@ -54,7 +54,7 @@ def test_it_runs_from_surfaces_far_apart_to_the_deepest_contact(points):
     assert np.all(np.diff(points["contact_radius"]) >= 0.0)
 
 
-def test_the_contact_is_that_of_jkr_also_where_it_is_unstable(points):
+def test_contact_is_jkr_where_unstable_too(points):
     contact = points[points["contact_radius"] > 0.3]
     edges = contact["contact_radius"]
     assert edges[0] < jkr.FOLD_RADIUS
@@ -74,7 +74,7 @@ def test_the_rates_are_those_of_the_points(adhesion):
 
 
 @pytest.mark.parametrize("tabor", [0.05, 1.0, 20.0])
-def test_a_curve_does_not_depend_on_what_was_asked_before(tabor):
+def test_curve_ignores_earlier_requests(tabor):
     shallow, deep, again = new_branch(tabor), new_branch(tabor), new_branch(tabor)
     first, first_work = shallow.reaching(1.0, np.inf)
     deep.reaching(50.0, np.inf)
@@ -85,7 +85,7 @@ def test_a_curve_does_not_depend_on_what_was_asked_before(tabor):
     np.testing.assert_array_equal(again.reaching(50.0, np.inf)[0], deep.reaching(50.0, np.inf)[0])
 
 
-def test_a_budget_ends_the_curve_and_a_larger_one_goes_on():
+def test_larger_budget_continues_the_curve():
     curve = new_branch(1.0)
     all_work = work_by_name(new_branch(1.0).reaching(3.0, np.inf)[1])["multiply_adds"]
     points, work = curve.reaching(3.0, 0.5 * all_work)
@@ -94,7 +94,7 @@ def test_a_budget_ends_the_curve_and_a_larger_one_goes_on():
     assert curve.reaching(3.0, np.inf)[0]["indentation"][-1] >= 3.0
 
 
-def test_the_smallest_eigenvalue_falls_to_zero_at_the_fold(branch, points):
+def test_eigenvalue_vanishes_at_the_fold(branch, points):
     depth = points["indentation"]
     fold = int(np.argmax(np.diff(depth) < 0.0))  # where the surfaces snap in: the last point before or the first after
     before, near, at = (branch.smallest_eigenvalue(fold - k, RIGID) for k in (2, 1, 0))

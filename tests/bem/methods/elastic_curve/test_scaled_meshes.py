@@ -27,7 +27,7 @@ def traction(radii, level):
 
 
 @pytest.mark.parametrize("level", [0, 4, 8])
-def test_few_nodes_displace_the_surface_and_bear_the_force_as_many_do(meshes, level):
+def test_few_nodes_match_many(meshes, level):
     n = meshes.size[level]
     radii = meshes.radii[level, :n]
     parts = np.arange(8) / 8
@@ -41,7 +41,7 @@ def test_few_nodes_displace_the_surface_and_bear_the_force_as_many_do(meshes, le
     assert force == pytest.approx(force_weights(fine) @ traction(fine, level), rel=6e-4)
 
 
-def test_a_node_is_at_the_edge_and_the_spacing_there_halves_every_other_level(meshes):
+def test_edge_node_and_halving_levels(meshes):
     for level in range(LEVELS):
         node = meshes.edge_node[level]
         assert meshes.radii[level, node] == 1.0
@@ -52,7 +52,7 @@ def test_a_node_is_at_the_edge_and_the_spacing_there_halves_every_other_level(me
 
 
 @pytest.mark.parametrize("tabor", [0.02, 1.0, 8.0, 100.0])
-def test_the_level_resolves_the_edge_of_a_contact(tabor):
+def test_level_resolves_the_edge(tabor):
     scale = smallest_scale(tabor, 2.0)
     assert edge_width(scale, tabor) == pytest.approx(scale)
     assert level_of(scale, tabor, 2.0) == 0
@@ -61,7 +61,7 @@ def test_the_level_resolves_the_edge_of_a_contact(tabor):
         assert ratio / 1.5 <= 1.5 ** -level_of(radius, tabor, 2.0) <= ratio * (1.0 + 1e-6)
 
 
-def test_a_mesh_that_is_cut_ends_beyond_the_wanted_radius(meshes):
+def test_cut_mesh_ends_beyond_the_radius(meshes):
     n = nodes_within(meshes, 3, 5.0)
     radii = meshes.radii[3]
     assert radii[n - 2] < 5.0 <= radii[n - 1]

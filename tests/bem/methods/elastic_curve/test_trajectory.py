@@ -61,7 +61,7 @@ def test_equal_cycles_repeat_to_the_last_bit():
 
 
 @pytest.mark.parametrize("spring", [None, 0.4, 5.0])
-def test_the_area_of_the_loop_is_what_its_jumps_lose(spring):
+def test_loop_area_is_lost_in_jumps(spring):
     trajectory = simulate(Scene(2.0, spring=spring), PiecewiseLinearProtocol([0, 1, 2], [-15.0, 3.0, -15.0]))
     loop = np.trapezoid(trajectory.force, trajectory.stage)
     assert abs(loop) == pytest.approx(sum(jump.energy_lost for jump in trajectory.jumps), abs=4e-3, rel=2e-3)
@@ -69,7 +69,7 @@ def test_the_area_of_the_loop_is_what_its_jumps_lose(spring):
 
 
 @pytest.mark.parametrize("depths", [[-2.5, 1.0], [-3.0, 1.0], [0.5, -1.0]])
-def test_a_path_starts_where_the_surfaces_have_come_together(depths):
+def test_path_starts_after_snap_in(depths):
     """Mu 2 snaps in at -2.55 and off at -3.38."""
     trajectory = simulate(Scene(2.0), PiecewiseLinearProtocol([0.0, 1.0], depths))
     assert (trajectory.contact_radius[0] > 0.0) == (depths[0] > -2.55)
@@ -77,14 +77,14 @@ def test_a_path_starts_where_the_surfaces_have_come_together(depths):
     assert len(trajectory.jumps) == (depths[0] < -2.55)
 
 
-def test_only_the_budget_of_the_whole_curve_gives_a_trajectory():
+def test_whole_budget_gives_a_trajectory():
     unlimited = simulate(Scene(5.0), CYCLES)
     for share, status in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
         trajectory = simulate(Scene(5.0), CYCLES, most_work=share * unlimited.stats.multiply_adds)
         assert trajectory.status.startswith(status)
 
 
-def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
+def test_elements_answer_past_the_break(monkeypatch):
     follow = elastic_branch.follow
 
     def broken(*arguments):
@@ -103,7 +103,7 @@ def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
 @pytest.mark.parametrize(
     ("tabor", "deep"), [(12.0, -26.0), pytest.param(27.0, -50.0, marks=pytest.mark.slow), (45.0, -90.0)]
 )
-def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, deep):
+def test_steep_fall_at_large_tabor(tabor, deep):
     """Before the surfaces meet such a traction acts on a disk much wider than the smallest contact."""
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [deep, 24.0, deep])
     trajectory = simulate(Scene(tabor, adhesion=ConstantStress()), path, most_work=1e10)
@@ -116,7 +116,7 @@ def test_the_curve_of_a_steep_fall_is_followed_at_large_tabor_parameters(tabor, 
     ("tabor", "power", "peak", "law"),
     [(0.02, 8.0, 0.162, Exponential()), (0.02, 6.0, 0.5, LennardJones()), (1.0, 8.0, 0.5, ConstantStress())],
 )
-def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, peak, law, monkeypatch):
+def test_flat_tips_take_short_steps(tabor, power, peak, law, monkeypatch):
     """Their force grows with a high power of the contact radius."""
     scene, path = Scene(tabor, adhesion=law, indenter=PowerLaw(power)), [-4.0, peak, -4.0]
     protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], path)
@@ -128,7 +128,7 @@ def test_light_contacts_of_flat_tips_are_followed_by_short_steps(tabor, power, p
         assert trajectory.max_compression == pytest.approx(stepped.max_compression, rel=trajectory.accuracy)
 
 
-def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():
+def test_hard_curve_gives_no_wrong_answer():
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-26.0, 24.0, -26.0])
     trajectory = simulate(Scene(12.0, adhesion=ConstantStress(width=0.15)), path, most_work=1e9)
     # Boundary elements take more than this budget where the curve breaks off.

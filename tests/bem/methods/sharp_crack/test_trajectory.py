@@ -56,7 +56,7 @@ def test_snap_in_and_loss_are_jumps():
     assert np.count_nonzero(result.records["time"] == loss["time"]) == 2
 
 
-def test_a_dent_that_recovers_comes_into_contact():
+def test_recovering_dent_comes_into_contact():
     """Boundary elements at this Tabor parameter: lost at 5.11, in contact again at 6.96."""
     times, depths = [0.0, 5.0, 5.2, 5.5, 8.5, 9.5], [START, 3.0, 0.0, 0.0, 0.0, START]
     _, loss, back = march(Scene(15.0, SOLID), path(times, depths, 15.0)).result.jumps
@@ -64,7 +64,7 @@ def test_a_dent_that_recovers_comes_into_contact():
     assert back["time"] == pytest.approx(6.96, abs=0.3)
 
 
-def test_the_error_falls_with_the_tabor_parameter():
+def test_error_falls_with_tabor():
     errors = [march(Scene(tabor, SOLID), path([0.0, 1.0], [3.0, -3.0], tabor)).error for tabor in (10.0, 100.0, 1000.0)]
     assert np.all(np.diff(np.log(errors)) < -1.5)
 

@@ -17,7 +17,7 @@ SERIES = PronySeries([0.2, 0.3, 0.3], [0.02, 0.5, 7.0])
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_contact_of_any_history_is_a_disc(seed):
+def test_contact_of_any_history_is_a_disc(seed):
     """Loads of touching elements, and minus the gaps of free ones, never grow with the radius."""
     rng = np.random.default_rng(seed)
     solid, heights = solid_of(SERIES), 0.7 * np.linspace(0.0, 3.0, 40) ** 2
@@ -53,7 +53,7 @@ def test_a_step_cut_in_two_is_the_same(length):
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
-def test_surfaces_that_never_touch_bear_nothing(material):
+def test_separated_surfaces_bear_nothing(material):
     trajectory = simulate(
         Scene(1.0, material, HardContact()), PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, -1.0, -2.0])
     )
@@ -64,7 +64,7 @@ def test_surfaces_that_never_touch_bear_nothing(material):
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
-def test_the_sphere_leaves_when_its_weight_does(material):
+def test_sphere_leaves_with_its_weight(material):
     load = ForceProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, -2.0, 2.0, -1.0])
     trajectory = simulate(Scene(1.0, material, HardContact()), load)
     assert trajectory.status.startswith("detached: ")
@@ -74,14 +74,14 @@ def test_the_sphere_leaves_when_its_weight_does(material):
 
 
 @pytest.mark.parametrize("material", [StandardLinearSolid(1.0), StandardLinearSolid(0.1)])
-def test_a_sphere_without_weight_is_pulled_off_at_once(material):
+def test_weightless_sphere_leaves_at_once(material):
     trajectory = simulate(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 1.0], [0.0, 1.0]))
     assert trajectory.status.startswith("detached: ")
     assert (trajectory.time.tolist(), trajectory.force.tolist()) == ([0.0], [0.0])
 
 
 @pytest.mark.parametrize("power", [1.0, 1.5, 2.0])
-def test_a_load_that_grows_from_zero_takes_few_steps(power):
+def test_load_from_zero_takes_few_steps(power):
     """The indentation begins with an infinite rate."""
     scene = Scene(1.5, StandardLinearSolid(0.6), HardContact(), indenter=PowerLaw(power))
     trajectory = simulate(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -3.0, -3.0]), "reference", most_work=1e8)

@@ -12,7 +12,7 @@ def test_the_pressed_gap_inverts_the_law(gap, off):
 
 
 @pytest.mark.parametrize("off", [1.0, 1.002, 0.97, 1.3, 0.6])
-def test_many_pressed_gaps_are_those_found_one_by_one(off):
+def test_pressed_gaps_match_single_ones(off):
     gaps = np.linspace(0.55, 1.07, 9)
     scaled, solved = np.array([traction(gap) for gap in gaps]), np.full(9, np.nan)
     pressed_gaps(scaled, 8, off * gaps, LENNARD_JONES, solved)
@@ -20,7 +20,7 @@ def test_many_pressed_gaps_are_those_found_one_by_one(off):
     assert np.isnan(solved[8])
 
 
-def test_more_tension_than_the_branch_holds_counts_as_the_largest():
+def test_excess_tension_is_the_largest():
     solved = np.empty(1)
     pressed_gaps(np.array([5.0]), 1, np.array([1.05]), LENNARD_JONES, solved)
     assert traction(solved[0]) == pytest.approx(LARGEST_TENSION)

@@ -47,7 +47,7 @@ def test_ring_moments_agree_with_quadrature(x):
 
 
 @pytest.mark.parametrize("radii", [np.linspace(0.0, 1.0, 50), np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60)])])
-def test_a_uniform_disc_and_a_cone_are_met_to_rounding(radii):
+def test_disc_and_cone_are_exact(radii):
     matrix = influence_matrix(radii)
     uniform = matrix @ np.ones(radii.size)
     cone = matrix @ (1.0 - radii)
@@ -77,21 +77,21 @@ def test_a_far_observer_sees_a_point_force():
     assert displacement == pytest.approx(force_weights(radii) @ traction / 500.0, rel=1e-5)
 
 
-def test_force_weights_integrate_piecewise_linear_tractions_exactly():
+def test_force_weights_are_exact():
     radii = np.array([0.0, 0.3, 0.35, 1.0, 2.5])
     weights = force_weights(radii)
     assert weights @ np.ones(5) == pytest.approx(2.5**2)
     assert weights @ radii == pytest.approx(2.0 / 3.0 * 2.5**3)
 
 
-def test_the_influence_at_unit_spacing_is_that_of_the_radii():
+def test_unit_spacing_gives_radii_influence():
     size = 150
     direct = influence_matrix(np.arange(size + 1.0)).T[:size, :size]
     np.testing.assert_allclose(unit_influence(size), direct, rtol=3e-10)
 
 
 @pytest.mark.parametrize(("hat", "observer"), [(600, 3), (40, 599), (300, 285), (14, 0), (13, 2)])
-def test_hats_away_from_the_diagonal_agree_with_quadrature(hat, observer):
+def test_hats_agree_with_quadrature(hat, observer):
     def integrand(s):
         return (1.0 - abs(s - hat)) * (2.0 if observer == 0 else kernel_at_one(s / observer) / observer * s)
 
@@ -99,19 +99,19 @@ def test_hats_away_from_the_diagonal_agree_with_quadrature(hat, observer):
     assert unit_influence(601)[hat, observer] == pytest.approx(expected, rel=3e-11)
 
 
-def test_the_quadrature_is_the_moments_of_the_kernel():
+def test_quadrature_has_kernel_moments():
     x = np.concatenate([np.linspace(0.02, 0.9, 20), np.linspace(1.1, 6.0, 20), [100.0, 3000.0]])
     (uniform, linear), (to_one, linear_to_one) = ring_moments(x), ring_moments(np.ones(1))
     expected = x * (uniform - to_one) - (linear - linear_to_one)
     np.testing.assert_allclose(second_integral(x), expected, rtol=1e-10)
 
 
-def test_equal_spacing_gives_the_unit_influence():
+def test_equal_spacing_is_unit_influence():
     np.testing.assert_allclose(hat_influence(np.arange(200), kernel_series()), unit_influence(200), rtol=1e-8)
 
 
 @pytest.mark.parametrize("places", [[0, 1, 2, 4, 8, 16, 64, 1024, 2048], [0, 3000, 6000, 6001, 6002, 6010, 9000]])
-def test_uneven_nodes_give_the_influence_matrix(places):
+def test_uneven_nodes_give_the_matrix(places):
     influence = hat_influence(np.array(places), kernel_series())
     expected = influence_matrix(np.array(places, dtype=float)).T
     np.testing.assert_allclose(influence[:-1], expected[:-1], rtol=2e-6)

@@ -10,11 +10,11 @@ from bem.methods.boundary_elements.meshes.cohesive_zone import (
 from bem.methods.closed_forms import jkr
 
 
-def test_the_zone_of_a_short_ranged_contact_is_that_of_a_crack():
+def test_short_range_zone_is_a_cracks():
     assert edge_width(0.0, 100.0) == pytest.approx(CRACK_LENGTH / 1e4, rel=0.02)
 
 
-def test_the_zone_of_a_long_ranged_deep_contact_is_where_the_hertzian_gap_reaches_the_range():
+def test_long_range_zone_is_hertzian():
     tabor, radius = 0.05, 1e4
     width = edge_width(radius, tabor)
     assert 0.6 * tabor * np.sqrt(radius) * width**1.5 == pytest.approx(1.0, rel=0.01)
@@ -22,12 +22,12 @@ def test_the_zone_of_a_long_ranged_deep_contact_is_where_the_hertzian_gap_reache
 
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 5.0])
 @pytest.mark.parametrize("depth", [0.5, 5.0, 100.0])
-def test_no_contact_is_larger_than_the_largest(tabor, depth):
+def test_no_contact_exceeds_the_largest(tabor, depth):
     exact = float(jkr.contact_radius_from_indentation(depth, tabor))
     assert exact < largest_contact_radius(depth, tabor) < exact + 1.0
 
 
-def test_viscosity_holds_back_an_edge_that_is_fast_in_a_solid_that_creeps():
+def test_viscosity_holds_a_fast_edge_back():
     def resistance(speed, *strengths):
         return edge_resistance(3.0, 2.0, speed, np.array(strengths), np.ones(len(strengths)))
 

@@ -30,7 +30,7 @@ def around(first, edge=EDGE, direction=1.0, spacings=None):
     return grid_around(first, kernel_series(), CONTROLS, edge, edge_width(edge, TABOR), direction, spacings)
 
 
-def test_the_grid_is_equally_spaced_where_that_fits():
+def test_grid_is_equally_spaced_if_it_fits():
     grid = master_grid(3.0, 10.0, CONTROLS)
     assert not moves(grid)
     assert grid.size <= LARGEST_GRID
@@ -38,7 +38,7 @@ def test_the_grid_is_equally_spaced_where_that_fits():
     assert holds(grid, np.array([0.1, 0.2]), 0.01)
 
 
-def test_a_moving_grid_is_fine_around_the_edge_only(first):
+def test_moving_grid_is_fine_at_the_edge(first):
     grid, width = around(first), edge_width(EDGE, TABOR)
     assert moves(grid)
     assert grid.size < 400 < grid.places[-1] / 10
@@ -53,7 +53,7 @@ def test_a_moving_grid_is_fine_around_the_edge_only(first):
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_the_block_leaves_room_where_the_edge_goes(first, direction):
+def test_block_leaves_room_for_the_edge(first, direction):
     grid, width = around(first, direction=direction), edge_width(EDGE, TABOR)
     ahead = np.array([-0.5, 0.5]) * width + EDGE + direction * 10.0 * width
     assert holds(grid, ahead, width)
@@ -61,7 +61,7 @@ def test_the_block_leaves_room_where_the_edge_goes(first, direction):
     assert not holds(grid, ahead + direction * 10.0 * width, width)
 
 
-def test_nodes_are_kept_where_the_memory_is_curved(first):
+def test_nodes_stay_where_memory_is_curved(first):
     spacings = np.full(first.size, np.inf)
     feature = int(np.argmin(np.abs(first.spacing * first.places - 0.8)))
     spacings[feature] = 4.0
@@ -75,7 +75,7 @@ def test_nodes_are_kept_where_the_memory_is_curved(first):
     assert grid.size < plain.size + 200
 
 
-def test_a_mesh_selected_from_it_has_the_spacing_of_any_mesh(first):
+def test_selected_mesh_has_mesh_spacing(first):
     grid, width = around(first), edge_width(EDGE, TABOR)
     window = edge_window(EDGE, 1.0, width)
     spacings = spacing_at_edge(grid, CONTROLS, EDGE, width, window)
@@ -92,6 +92,6 @@ def test_a_mesh_selected_from_it_has_the_spacing_of_any_mesh(first):
 @pytest.mark.parametrize(
     ("remembers", "most", "tabor"), [(True, LARGEST_REMEMBERED, 200.0), (False, LARGEST_LATTICE, 5e3)]
 )
-def test_a_lattice_too_large_is_refused_with_the_figure(remembers, most, tabor):
+def test_too_large_lattice_is_refused(remembers, most, tabor):
     with pytest.raises(MemoryError, match=rf"needs \d+ grid nodes, more than {most}"):
         master_grid(tabor, 100.0, CONTROLS, remembers)

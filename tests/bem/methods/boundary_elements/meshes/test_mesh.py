@@ -29,7 +29,7 @@ CASES = [(0.2, 1.0), (1.0, 2.0), (3.2, 1.5)]
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
-def test_the_condensed_influence_of_lines_is_that_of_the_selected_radii(tabor, edge):
+def test_condensed_influence_of_lines(tabor, edge):
     _, mesh = mesh_for(tabor, edge=edge, peak=10.0, lines=True)
     direct = tabor * influence_matrix(mesh.radii).T
     assert mesh.radii[0] == 0.0
@@ -46,7 +46,7 @@ def _smooth_field(grid, nodes, traction):
     return mesh.radii, values @ mesh.influence, values @ mesh.force_weights
 
 
-def test_a_smooth_traction_is_integrated_with_nearly_the_fourth_order():
+def test_smooth_traction_has_fourth_order():
     # Hertz's pressure raised to a smooth end: sigma = (1 - r^2)^3 below 1
     def traction(radii):
         return np.maximum(1.0 - radii**2, 0.0) ** 3
@@ -65,7 +65,7 @@ def test_a_smooth_traction_is_integrated_with_nearly_the_fourth_order():
     assert errors[0] / errors[1] > 7.0
 
 
-def test_left_out_nodes_of_a_smooth_mesh_follow_cubics_that_are_even_at_the_axis():
+def test_left_out_nodes_follow_even_cubics():
     grid = master_grid(1.0, 5.0, CONTROLS)
     nodes = np.array([0, 2, 5, 9, 15])
     mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
@@ -77,13 +77,13 @@ def test_left_out_nodes_of_a_smooth_mesh_follow_cubics_that_are_even_at_the_axis
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
 @pytest.mark.parametrize("lines", [True, False])
-def test_rows_of_the_master_grid_agree_with_the_selection(tabor, edge, lines):
+def test_master_rows_agree_with_selection(tabor, edge, lines):
     _, mesh = mesh_for(tabor, edge=edge, peak=10.0, remembers=True, lines=lines)
     traction = np.random.default_rng(3).standard_normal(mesh.radii.size)
     np.testing.assert_allclose(prolonged(mesh, traction) @ mesh.master_rows, traction @ mesh.influence, rtol=1e-9)
 
 
-def test_prolongation_by_lines_ends_with_the_mesh():
+def test_prolongation_ends_with_the_mesh():
     grid, _ = mesh_for(1.0, edge=1.0, peak=5.0, lines=True)
     nodes = np.array([0, 1, 4, 9, 20])
     mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
@@ -95,7 +95,7 @@ def test_prolongation_by_lines_ends_with_the_mesh():
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize(("tabor", "edge"), [*CASES, (3.2, 0.0), (0.02, 0.0)])
-def test_nodes_resolve_the_wanted_spacing_and_little_more(tabor, edge, direction):
+def test_nodes_resolve_the_spacing(tabor, edge, direction):
     grid = master_grid(tabor, 10.0, CONTROLS)
     spacings, window = spacing_for(grid, tabor, edge=edge, direction=direction)
     nodes = pick_nodes(spacings, grid.places)
@@ -112,14 +112,14 @@ def test_nodes_resolve_the_wanted_spacing_and_little_more(tabor, edge, direction
     assert window[0] < edge < window[1]
 
 
-def test_there_is_more_room_ahead_of_a_moving_edge():
+def test_more_room_ahead_of_a_moving_edge():
     grid = master_grid(3.0, 10.0, CONTROLS)
     (_, inwards), (_, outwards) = (spacing_for(grid, 3.0, edge=1.5, direction=sign) for sign in (-1.0, 1.0))
     assert outwards[1] > inwards[1]
     assert inwards[0] < outwards[0]
 
 
-def test_the_selection_is_much_smaller_than_the_grid():
+def test_selection_is_much_smaller():
     grid, mesh = mesh_for(3.2, edge=3.0, peak=100.0)
     assert mesh.radii.size < 0.25 * grid.size
 
@@ -129,7 +129,7 @@ def test_the_papers_mesh_is_equally_spaced():
 
 
 @pytest.mark.parametrize(("response", "factor"), [(1.0, 1.0), (0.2, 0.2), (0.01, 0.05)])
-def test_spacing_follows_the_curvature_of_the_remembered_traction_up_to_a_node(response, factor):
+def test_spacing_follows_remembered_traction(response, factor):
     spacings, curvature, allowed = np.full(50, 20.0), 0.02, 2.0
     refine_for_memory(spacings, np.arange(50), 0.5 * curvature * np.arange(50.0) ** 2, 30, allowed, response)
     np.testing.assert_allclose(spacings[1:31], max(np.sqrt(allowed * factor / curvature), 1.0), rtol=1e-9)
@@ -142,7 +142,7 @@ def test_nothing_remembered_asks_for_nothing():
     np.testing.assert_array_equal(spacings, 20.0)
 
 
-def test_spacing_follows_the_curvature_of_the_last_traction():
+def test_spacing_follows_last_traction():
     spacings, curvature, allowed, tabor = np.full(50, 20.0), 0.02, 0.8, 1.5
     nodes = np.array([0, 10, 20, 40])
     traction = 0.5 * curvature * nodes.astype(float) ** 2

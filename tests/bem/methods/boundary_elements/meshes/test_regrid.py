@@ -39,7 +39,7 @@ def test_nodes_left_out_hand_on_their_force():
     assert np.abs(moved - values[np.searchsorted(fine, coarse)]).max() > 0.01
 
 
-def test_new_nodes_rise_nowhere_beyond_their_neighbours():
+def test_new_nodes_stay_below_neighbours():
     coarse = places(40)
     fine = np.unique(np.concatenate([coarse, places(500)]))
     values = RNG.standard_normal(coarse.size)
@@ -64,7 +64,7 @@ def test_the_same_nodes_keep_everything():
 
 
 @pytest.mark.parametrize("peak", [10.0, 10.6])
-def test_half_the_spacing_keeps_the_old_nodes_and_a_smooth_even_field(peak):
+def test_halving_keeps_nodes_and_fields(peak):
     grid = master_grid(1.0, peak, resolve_accuracy("standard").controls())
     fine, wide = widened(grid)
     assert (fine.spacing, wide.spacing) == (grid.spacing, 2.0 * grid.spacing)
