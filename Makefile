@@ -26,7 +26,7 @@ SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); exec 9< .; flock 9; touch SHA256
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
 GATHER := $(PY) -m experiments.run_folders $(MODELS)
-M1 := $(MODELS) $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
+M1 := $(MODELS) $(foreach model,M1-concat $(notdir $(wildcard $(MODELS)/M1-concat-paper)),$(addprefix $(MODELS)/$(model)/,run.json model.weights.h5 scaling.json))
 MEASURED := $(PUBLISHED)/measurements
 SOLVER := bem/methods/version.py
 # A published file that is missing is not made on the way: what reads it names the command that makes it, or does without.

@@ -16,6 +16,7 @@ a trajectory that is never compressed; such trajectories are counted and left ou
 from typing import Any
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
@@ -23,6 +24,7 @@ from bem.problem.protocol import default_start_indentation
 from bem.results.trajectory import far_field
 from experiments.common import DATASET
 from experiments.common import Dataset as DatasetFile
+from experiments.paper_numbers import stated
 from surrogate.data.metrics import pull_off
 
 PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
@@ -89,6 +91,15 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "still_attached": float(np.mean(still_attached(dataset))),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
         "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
+        "pull_off_after_paper_longest": float(
+            np.mean(scalars["pull_off_time"][rows] > stated("dataset:longest_pull_off_time"))
+        ),
+        "cost_grows": {
+            f"with {'slow unloading' if name == 'unloading_rate' else name}": float(
+                (-1.0 if name == "unloading_rate" else 1.0) * spearmanr(dataset.protocols[name], seconds).statistic
+            )
+            for name in ("tabor", "peak_indentation", "unloading_rate")
+        },
         "never_compressed": len(rows) - len(ratio),
         "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,
         "resolution_floor": {name: percentiles(values) for name, values in floor.items()},

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.text_files import read_json
-from experiments.common import Dataset, Models, Result, dataset_digest
+from experiments.common import Dataset, Models, Result, dataset_digest, ended_by_recipe
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from experiments.run_folders import read_table
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
@@ -29,6 +29,19 @@ WORDED = f"{REFERENCE}-as-worded"
 """Label of the reference model trained by the paper's words, without Keras's threshold of the plateau."""
 PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": label for name, label in PAPER_TRAINED_INPUTS.items()}
 """Both, by their names in the rankings."""
+
+
+def by_recipe(model: str, models: Path) -> dict[str, str]:
+    """Labels under which a model is published: of the training that the recipe `paper` ended, then that by `swift`.
+
+    Raises:
+        FileNotFoundError: There is neither.
+    """
+    labels = {"paper": PAPER_RECIPE.format(model)} if ended_by_recipe(models / PAPER_RECIPE.format(model)) else {}
+    labels |= {"swift": model} if (models / model / "run.json").is_file() else {}
+    if not labels:
+        raise FileNotFoundError(f"model {model!r} not found in {str(models)!r}; `make model-paper-recipe` trains it")
+    return labels
 
 
 def read_history(folder: Path) -> dict[str, list[float]]:
