@@ -110,7 +110,7 @@ $(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.j
 $(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.json
 
 STUDIES := dataset_examples dataset_statistics canonical_regimes persson_brener error_statistics fms_transfer \
-	model_comparison architecture_graphs adopted_settings inconsistencies
+	model_comparison recipe_seeds open_choices architecture_graphs adopted_settings inconsistencies
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
 # The arguments of a study are its prerequisites without code, the paper's values and the files in the folder of models.
 STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/%,$^)
@@ -123,7 +123,9 @@ $(S)/persson_brener.json: $(CONFIGS)/persson_brener.toml $(M1) $(SOLVER)
 $(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(MODELS)/trainings.h5) $(DATASET)
 $(S)/fms_transfer.json: $(CONFIGS)/fms_transfer.toml $(M1) $(DATASET) $(SOLVER)
 # The folder changes if an entry is removed, which a wildcard does not show.
-$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(SPEED)
+$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET)
+$(S)/recipe_seeds.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(PUBLISHED)/ranking.json $(wildcard $(PUBLISHED)/paper_recipe_seeds.h5)
+$(S)/open_choices.json: $(MODELS) $(wildcard $(MODELS)/*-paper/*) $(DATASET) $(SOLVER)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
 $(S)/adopted_settings.json: $(CONFIGS)/feature_sets.toml
 
@@ -197,6 +199,10 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
+paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
+	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
+	$(SUMS) $(PUBLISHED)/paper_recipe_seeds.h5 $(PUBLISHED)/paper_recipe_seeds.json
+
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
 JSON = $(PUBLISHED)/$(subst -,_,$@).json
 OWN = --out $(JSON)
@@ -236,6 +242,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).json)
 measure-pull-off-place: MEASURED = bem/dataset
 measure-accuracy-cost: $(DATASET) $(MODELS)
+measure-paper-method-times: $(DATASET)
 measure-canonical-times: $(CONFIGS)/canonical_times.toml $(MODELS)
 measure-training-speed: $(DATASET)
 measure-training-cost: $(DATASET) $(MODELS) $(SPEED)
@@ -243,7 +250,7 @@ measure-amortisation: $(MEASURED)/accuracy_cost.json $(DATASET) $(MODELS) $(SPEE
 measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed) --out $(if $(REVISION),$(OUT),$(MEASURED))/speed.json $(if $(BUSY),--busy)
 	$(if $(REVISION),,$(SUMS) $(MEASURED)/speed.json)
-MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost training-speed training-cost \
+MEASUREMENTS := effects effect-pairs recommendations canonical-times paper-method-times accuracy-cost training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
 measurements:  ## All measurements but those that need long, a browser or other files, one after the other
@@ -334,7 +341,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: sums $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

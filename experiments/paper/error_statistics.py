@@ -47,7 +47,8 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
             "p90": float(np.percentile(errors[column], 90)),
             "largest": float(errors[column].max()),
         }
-        for column in ("mse", "mae", "dtw_rmse", *PERCENTS, "native_pull_off_force_percent", "resolution_floor_percent")
+        for column in errors
+        if column != "trajectory"
     }
     pairs = {
         "pull_off_and_hysteresis": ("pull_off_force_percent", "hysteresis_percent"),
@@ -55,7 +56,9 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
         "mse_and_nmae": ("mse", "nmae_percent"),
         "mse_and_pull_off": ("mse", "pull_off_force_percent"),
     }
-    correlations = {name: float(spearmanr(*(errors[column] for column in pair)).statistic) for name, pair in pairs.items()}
+    correlations = {
+        name: float(spearmanr(*(errors[column] for column in pair)).statistic) for name, pair in pairs.items()
+    }
     means = {column: [table[name][column]["mean"] for name in QUARTILES] for column in PERCENTS}
     worst = np.sort(errors["mse"])[::-1][: -(-quartile.size // 10)]
     return {

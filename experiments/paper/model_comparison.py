@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.text_files import read_json
-from experiments.common import Dataset, Models, Result, dataset_digest, ended_by_recipe
+from experiments.common import Dataset, Models, dataset_digest, ended_by_recipe
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from experiments.run_folders import read_table
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
@@ -157,27 +157,24 @@ def comparison(models: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def by_paper_recipe(beside: dict[str, dict[str, Any]], hours: dict[str, float | None]) -> dict[str, Any]:
-    """The trainings that the paper's recipe ended, and their `hours`; what needs one that is missing is `None`."""
+def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The trainings that the paper's recipe ended; what needs one that is missing is `None`."""
     labelled = {name: label for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
     finished = {name: beside[label] for name, label in labelled.items() if beside[label]["ended_by"] == "recipe"}
     trained = {name: model for name, model in finished.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
-    taken = {name: hours[PAPER_TRAINED[name]] for name in trained}
-    longest = max(taken, key=lambda name: taken[name]) if complete and all(taken.values()) else None
     inputs = {name: finished.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
         "mse": {name: model["mse"] for name, model in finished.items()},
-        "longest_training": longest,
-        "longest_training_hours": taken[longest] if longest else None,
         "most_epochs": max(model["epochs"] for model in trained.values()) if complete else None,
         "validation_mse": inputs,
+        "a_over_d": inputs["A"] / inputs["D"] if inputs["A"] and inputs["D"] else None,
         "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
     }
 
 
-def study(models: Models, dataset: Dataset, training_speed: Result = None) -> dict[str, Any]:
+def study(models: Models, dataset: Dataset) -> dict[str, Any]:
     """Compare the published models.
 
     Raises:
@@ -194,7 +191,6 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
         name: {"architecture": lineages[name].architecture, **run} for name, run in read.items() if name not in ranked
     }
     missing = [name for name in paper_names() if name not in lineages]
-    hours = {name: read_model(models / name, training_speed)["hours"] for name in beside}
     return {
         "dataset_sha256": digest,
         "models": ranked,
@@ -204,5 +200,5 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
         "differences": training_differences(lineages, digest),
         "expected": len(paper_names()),
         "comparison": comparison(ranked),
-        "by_paper_recipe": by_paper_recipe(beside, hours),
+        "by_paper_recipe": by_paper_recipe(beside),
     }

@@ -14,6 +14,7 @@ Usage: `python -m experiments.paper.recipe_seeds FOLDER ...` adds finished train
 """
 
 import argparse
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from experiments.paper.model_comparison import PAPER_TRAINED_CONTENDERS
 from experiments.paper_numbers import PAPER_RECIPE
 from experiments.run_folders import add_seeds, read_table, read_trainings
 from experiments.trainings import ranking as rankings
+from surrogate.architectures.naming import paper_names
 
 SEEDS = Path("published/paper_recipe_seeds.h5")
 REMOVED = "program_removed"
@@ -40,7 +42,7 @@ def facts(run: dict[str, Any], metrics: dict[str, Any]) -> dict[str, Any]:
     seconds = metrics["cpu_seconds"] or run.get("seconds")
     return {
         "seed": run["seed"],
-        "backend": run["backend"],
+        "backend": f"{run['backend']} {run['versions'].get(run['backend'], '')}".rstrip(),
         "device": run.get("device", "processor"),
         "hours": seconds and seconds / 3600.0,
         "command": run["command"],
@@ -126,7 +128,16 @@ def decisions(models: Path, seeds: Path, digest: str, spread: dict[str, Any]) ->
             errors.setdefault(name, []).append(mse)
     stacked = {name: np.array(columns) for name, columns in errors.items()}
     claims = {claim["ranking"]: decided(claim, stacked, spread) for claim in rankings.ranked()}
-    return {"trainings": rows, "claims": claims}
+    of_models = [row for row in rows if row["model"] in paper_names()]
+    on_processors = [row for row in of_models if row["device"] == "processor"]
+    backends = Counter(row["backend"] for row in of_models)
+    return {
+        "trainings": rows,
+        "claims": claims,
+        "longest": max(on_processors, key=lambda row: row["hours"], default=None),
+        "backends": ", ".join(f"{name} of {count} trainings" for name, count in sorted(backends.items())),
+        "removed": len({row["model"] for row in of_models if row["removed"]}),
+    }
 
 
 def study(models: Models, dataset: Dataset, ranking: Result, seeds: Path = SEEDS) -> dict[str, Any]:
