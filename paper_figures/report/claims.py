@@ -19,7 +19,7 @@ that makes it. Claims marked `beyond` are not in the paper, those marked `hardwa
 import math
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,8 @@ from typing import Any
 from experiments.__main__ import studies
 from experiments.common import read_result
 from experiments.paper_numbers import paper_claims, paper_rows, paper_values, stated
+from experiments.trainings.ranking import contenders
+from surrogate.architectures.naming import paper_names
 
 VERDICTS = ("reproduced", "smaller", "tie", "undecided", "differs", "not comparable", "not yet")
 """Verdicts, in the order of the overview."""
@@ -60,6 +62,7 @@ class Finding:
     verdict: str
     why: str
     beside: Any = None
+    by_removed: bool = False
 
     @property
     def ratio(self) -> float | None:
@@ -145,10 +148,24 @@ def tolerance_of(claim: dict[str, Any]) -> float | None:
     return paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
 
 
-def judge(claim: dict[str, Any], results: Results) -> Finding:
-    """Find our number for a claim and compare it; that by our recipe, or by the paper's method, stands beside it."""
+def models_of(claim: dict[str, Any]) -> list[str]:
+    """Models, by their names in the rankings, whose trainings by the paper's recipe a claim is about."""
     if "ranking" in claim:
-        return judge_ranking(claim, results)
+        return [name for names in contenders(claim)[1].values() for name in names]
+    named: list[str] = paper_names() if claim.get("models") == "all" else claim.get("models", [])
+    return named
+
+
+def judge(claim: dict[str, Any], results: Results) -> Finding:
+    """Judge a claim, and say whether a program that is no longer part of the repository trained one of its models."""
+    trainings = results.at("recipe_seeds:trainings") or ()
+    removed = {row["model"] for row in trainings if row["removed"]}
+    finding = judge_ranking(claim, results) if "ranking" in claim else judge_number(claim, results)
+    return replace(finding, by_removed=bool(removed & set(models_of(claim))))
+
+
+def judge_number(claim: dict[str, Any], results: Results) -> Finding:
+    """Find our number for a claim and compare it; that by our recipe, or by the paper's method, stands beside it."""
     ours = results.find(claim) if claim.get("source") else None
     beside = results.at(claim["by_ours"]) if "by_ours" in claim else None
     beside = results.at(claim["by_method"]) if "by_method" in claim else beside

@@ -22,7 +22,6 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.wording import markdown_table
 from experiments.paper_numbers import PAPER_VALUES, paper_values, stated, with_stated
-from experiments.trainings.ranking import contenders
 from paper_figures.report import claims
 from paper_figures.report.claims import Finding, Results
 from paper_figures.style import models_style
@@ -95,11 +94,16 @@ def row(finding: Finding, columns: int) -> list[str]:
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
     cells = [claim["says"], claim["place"], paper_text(claim), *ours, ratio]
     if finding.counted:
-        sizes, ranked = paper_values("structure")["sizes"], contenders(claim)[1].values() if "ranking" in claim else ()
-        how = [sizes.get(name.split("-")[0], {}).get("how") for names in ranked for name in names]
-        mark = " ‡" if "guessed" in how else ""  # the paper does not tell the sizes of one of the architectures
-        cells += [tolerance_text(claim), f"**{finding.verdict}**{mark}"]
+        cells += [tolerance_text(claim), verdict_text(finding)]
     return [*cells, finding.why]
+
+
+def verdict_text(finding: Finding) -> str:
+    """The verdict, with ‡ if the paper states no size of a model concerned, and † if a removed program trained one."""
+    sizes, models = paper_values("structure")["sizes"], claims.models_of(finding.claim)
+    guessed = any(sizes.get(name.split("-")[0], {}).get("how") == "guessed" for name in models)
+    marks = "‡" * (guessed and "ranking" in finding.claim) + "†" * finding.by_removed
+    return f"**{finding.verdict}** {marks}".rstrip()
 
 
 def section(group: str, findings: list[Finding]) -> str:
@@ -129,22 +133,21 @@ def first_page(findings: dict[str, Finding], results: Results) -> str:
     rows, answered = [], set()
     for claim in page_claims():
         finding = findings.get(claim.get("finding", ""))
-        verdict = claim["verdict"] if finding is None else finding.verdict
+        verdict, shown = (finding.verdict, verdict_text(finding)) if finding else (claim["verdict"], claim["verdict"])
         paper, here = claim.get("paper"), claim.get("here")
         if finding is not None:
             unit = finding.claim.get("unit", "")
             paper, here = paper or paper_text(finding.claim), here or our_text(finding.ours, unit)
             answered.add(finding.claim["says"])
         why = claim["why"] if isinstance(claim["why"], str) else claim["why"][verdict]
-        rows.append([claim["says"], *(filled(text, results) for text in (paper, here)), f"**{verdict}**"])
-        rows[-1].append(filled(why, results))
+        rows.append([claim["says"], *(filled(text, results) for text in (paper, here)), shown, filled(why, results)])
     others = [
         f"{finding.claim['says']}: {paper_text(finding.claim)}, here {our_text(finding.ours, finding.claim.get('unit', ''))}"
         for says, finding in findings.items()
         if finding.counted and finding.verdict == claims.DIFFERS and says not in answered
     ]
     removed = results.at("recipe_seeds:removed")
-    notice = f"{removed} of 18 models were trained by a program that is no longer here (†). " if removed else ""
+    notice = f"A program that is no longer here trained {removed} of 18 models, wholly or in part (†). " if removed else ""
     table = markdown_table(["claim", "paper", "here", "verdict", "why"], rows)
     text = filled((HERE / "page.md").read_text(encoding="utf-8"), results)
     parts = {"{removed}": notice, "{claims}": table, "{differing}": "\n".join(f"- {line}" for line in others)}
@@ -189,7 +192,7 @@ def map_section(findings: list[Finding]) -> str:
 
 def open_section(results: Results) -> str:
     """What the paper does not say, what was chosen here, and what the choice changes."""
-    entries = paper_values("open_choices")["choice"]
+    entries = paper_values("left_open")["choice"]
     rows = [[entry["unsaid"], entry["ours"], filled(entry["changes"], results), entry["shown_by"]] for entry in entries]
     table = markdown_table(["the paper does not say", "chosen here", "what it changes", "measured by"], rows)
     return f"## What the paper leaves open\n\n{table}"
