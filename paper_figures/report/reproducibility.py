@@ -9,13 +9,8 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.common import ended_by_recipe
-from experiments.paper.model_comparison import (
-    PAPER_TRAINED,
-    PAPER_TRAINED_CONTENDERS,
-    REFERENCE,
-    WORDED,
-    read_model,
-)
+from experiments.paper.model_comparison import PAPER_TRAINED, REFERENCE, WORDED, read_model
+from experiments.paper.recipe_seeds import SEEDS, decisions
 from experiments.paper_numbers import paper_claims
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
@@ -24,31 +19,9 @@ from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
-DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
+DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are undecided"}
 """Headings of the statements, by the decision on their orders."""
-ANSWER = (
-    "held-out MSE of M1-concat",
-    "median pull-off force error",
-    "median hysteresis error",
-    "best model",
-    "orders of magnitude between solver and surrogate",
-)
-"""Rows of the report that answer for the paper."""
-VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable")
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
-
-
-def answer_text() -> str:
-    """The report in five lines: some of its rows, and how many numbers have each verdict."""
-    lines = (Path(__file__).parents[2] / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
-    rows = {name: cells for name, *cells in (line.strip("| ").split(" | ") for line in lines) if cells}
-    counts = ", ".join(f"{rows[verdict][0]} {verdict}" for verdict in VERDICTS)
-    compared = [
-        [name, rows[name][1], rows[name][2], next(cell for cell in rows[name] if cell.startswith("**"))]
-        for name in ANSWER
-    ]
-    table = markdown_table(["the paper's", "there", "here, by its recipe", "verdict"], compared)
-    return f"{table}\n\nAll numbers of the paper: {counts}."
 
 
 def forces_text(model_forces: Any) -> str:
@@ -72,39 +45,40 @@ def seeds_text(ranking: Any) -> str:
 def statements_text(models: Path, ranking: Any) -> str:
     """One line for each decision by the paper's recipe, with its statements, and a table of both recipes."""
     statements: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
-    header = ["the paper says", "its first", "by its recipe", "first", "ratio", "of seeds"]
-    header, rows, mse = [*header, "by seeds", "first", "least sure order"], [], _errors_by_paper_recipe(models)
+    header = ["the paper says", "its first", "by its recipe", "first", "ratio", "decisive", "trainings"]
+    header, rows, decided = [*header, "by seeds", "first", "least sure order"], [], _by_paper_recipe(models, ranking)
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
         outcome = ranking["claims"][claim["ranking"]]
         pairs = [pair for pair in ranking["pairs"] if pair["claim"] == claim["ranking"]]
-        decided = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
-        least = min(decided, key=lambda pair: pair["probability"]["test_mse"], default=None)
+        sure = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
+        least = min(sure, key=lambda pair: pair["probability"]["test_mse"], default=None)
         order = "-"
         if least:
             chance = chance_text(least["probability"]["test_mse"], ranking["resamples"])
             order = f"{least['better']} before {least['worse']}: {chance}"
-        theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"])
+        theirs = decided[claim["ranking"]]
         statements[theirs.get("decision", NOT_DECIDED)].append(says(claim["ranking"]))
-        by_recipe = [f"not yet: {len(theirs['lacking'])} to train", "-", "-", "-"]
+        by_recipe = [f"not yet: {len(theirs['lacking'])} to train", "-", "-", "-", "-"]
         if not theirs["lacking"]:
             by_recipe = [
                 f"**{theirs['decision']}**",
                 theirs["first"],
                 f"{theirs['ratio']:.2f}",
                 f"{theirs['apart']:.2f}",
+                str(theirs["seeds"]),
             ]
         by_seeds = [f"**{outcome['decision']}**", outcome["first"] or "not trained yet", order]
         rows.append([says(claim["ranking"]), champion, *by_recipe, *by_seeds])
     lines = [f"- **{label}**: {', '.join(statements[key]) or 'none'}." for key, label in DECISIONS.items()]
-    return "\n".join([*lines, "", markdown_table(header, rows, "llllrrlll")])
+    return "\n".join([*lines, "", markdown_table(header, rows, "llllrrrlll")])
 
 
 def changes_text(models: Path, ranking: Any) -> str:
     """The statements on which both recipes decide differently, with both decisions, in a sentence."""
-    mse, differ = _errors_by_paper_recipe(models), []
+    decided, differ = _by_paper_recipe(models, ranking), []
     for claim in rankings.ranked():
-        theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"]).get("decision", NOT_DECIDED)
+        theirs = decided[claim["ranking"]].get("decision", NOT_DECIDED)
         ours = ranking["claims"][claim["ranking"]]["decision"]
         if theirs != ours:
             differ.append(f"{says(claim['ranking'])} ({theirs}; by seeds {ours})")
@@ -176,12 +150,10 @@ def hours_text(models: Path, training_speed: Any) -> str:
     return f"{hours}; {sum(measured.values()) / 3600.0:.0f} for these {len(measured)}"
 
 
-def _errors_by_paper_recipe(models: Path) -> dict[str, float]:
-    """Held-out errors of the models that the paper's recipe trained to its end, by their names in the rankings."""
-    ended = {
-        name: models / label for name, label in PAPER_TRAINED_CONTENDERS.items() if ended_by_recipe(models / label)
-    }
-    return {name: _trained(folder)[0]["test"]["mse"]["mean"] for name, folder in ended.items()}
+def _by_paper_recipe(models: Path, ranking: Any) -> dict[str, Any]:
+    """Decisions on the rankings by the trainings by the paper's recipe in a folder, and by the published seeds."""
+    claims: dict[str, Any] = decisions(models, SEEDS, ranking["dataset_sha256"], ranking["spread"])["claims"]
+    return claims
 
 
 def _trained(folder: Path) -> tuple[dict[str, Any], bool]:

@@ -209,7 +209,7 @@ def trainings_section(results: Results) -> str:
             number(training["mse"]),
             f"`{training['command']}`",
         ]
-        for training in results.at("recipe_seeds:trainings") or ()
+        for training in {row["label"]: row for row in results.at("recipe_seeds:trainings") or ()}.values()
     ]
     note = (
         "Hours of one core on a processor, of the whole training on a GPU. † Trained by a program that is no longer part of "
