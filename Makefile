@@ -48,12 +48,14 @@ sums:
 paper: figures tables report  ## Figures, tables and the report
 
 PAPER_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
-	figure-ranking figure-learning-curves figure-plateau figure-features figure-fms-transfer graphical-abstract
+	figure-learning-curves figure-features figure-fms-transfer graphical-abstract
+# What the paper has no figure of: seeds of both recipes, and the rule of the plateau.
+COMPARISONS := figure-ranking figure-plateau
 PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models table-ranking
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
 LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
-figures: $(PAPER_FIGURES)  ## Every figure of the paper whose inputs are published
+figures: $(PAPER_FIGURES) $(COMPARISONS)  ## Every figure of the paper whose inputs are published, and two comparisons
 tables: $(PAPER_TABLES)  ## Every table of the paper
 figures tables:
 	echo "All are in $(OUT)/$@"
@@ -66,7 +68,7 @@ COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-t
 	figure-measurement-floor
 COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
-$(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
+$(PAPER_FIGURES) $(COMPARISONS) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
 	$(if $(filter $@,$(MAKECMDGOALS)),cat $<)
 
@@ -91,7 +93,7 @@ $(F)/figure-7.pdf $(T)/quartiles.md: $(S)/error_statistics.json
 $(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf: $(S)/model_comparison.json $(RANKING)
 $(F)/figure-plateau.pdf: $(S)/model_comparison.json
 $(F)/figure-ranking.pdf $(T)/ranking.md: $(PUBLISHED)/ranking.json $(S)/model_comparison.json
-$(F)/figure-features.pdf: $(PUBLISHED)/feature_sets.json $(PUBLISHED)/data_efficiency.json $(RANKING)
+$(F)/figure-features.pdf: $(PUBLISHED)/feature_sets.json $(PUBLISHED)/data_efficiency.json $(S)/model_comparison.json $(RANKING)
 $(F)/figure-fms-transfer.pdf: $(S)/fms_transfer.json
 $(F)/graphical-abstract.pdf: $(S)/canonical_regimes.json $(S)/error_statistics.json
 $(T)/protocols-dataset.md: $(S)/dataset_examples.json $(S)/dataset_statistics.json
@@ -341,7 +343,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(COMPARISONS) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

@@ -16,7 +16,6 @@ from experiments.measurements.cases import Case, native
 from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
 
-
 CLOSE = 5.0
 """Percent within which a pull-off force counts as in strong agreement, for which the paper states no number."""
 

@@ -137,7 +137,10 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
     },
     "four-groups": lambda: {"remainder of 1,245 by four": 1245 % 4},
     # The MSE that the highlights state in per cent, as a plain number.
-    "percent-mse": lambda: {"highlights, as a bare number": stated("reference_model:highlights_mse_percent") / 100.0, "abstract": paper_mse()},
+    "percent-mse": lambda: {
+        "highlights, as a bare number": stated("reference_model:highlights_mse_percent") / 100.0,
+        "abstract": paper_mse(),
+    },
 }
 
 

@@ -147,7 +147,9 @@ def first_page(findings: dict[str, Finding], results: Results) -> str:
         if finding.counted and finding.verdict == claims.DIFFERS and says not in answered
     ]
     removed = results.at("recipe_seeds:removed")
-    notice = f"A program that is no longer here trained {removed} of 18 models, wholly or in part (†). " if removed else ""
+    notice = (
+        f"A program that is no longer here trained {removed} of 18 models, wholly or in part (†). " if removed else ""
+    )
     table = markdown_table(["claim", "paper", "here", "verdict", "why"], rows)
     text = filled((HERE / "page.md").read_text(encoding="utf-8"), results)
     parts = {"{removed}": notice, "{claims}": table, "{differing}": "\n".join(f"- {line}" for line in others)}
