@@ -22,7 +22,7 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> N
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
     look = models_style.step_marker(model) | {"color": color, "markeredgecolor": color}
     predicted = next(iter(models_style.recipes(regime["predicted"]).values()))
-    label = f"({regime['sample']}), pull-off off by {predicted['errors_percent']['pull_off_force']:.2g} %"
+    label = f"({regime['sample']}), pull-off error {predicted['errors_percent']['pull_off_force']:.2g} %"
     axes.plot(steps["indentation"], predicted["force"], zorder=3, label=label, **look)
     deepest = native["indentation"].index(max(native["indentation"]))
     turning = native["indentation"][deepest], native["force"][deepest]

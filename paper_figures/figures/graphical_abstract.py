@@ -29,7 +29,7 @@ def draw_model(axes: Axes, regime: dict[str, Any], name: str, errors: dict[str, 
         f"median error on {errors['trajectories']} unseen protocols\n"
         f"pull-off force {overall['pull_off_force_percent']['median']:.2g} %, "
         f"hysteresis {overall['hysteresis_percent']['median']:.2g} %\n"
-        f"{milliseconds['predictor']} ms a prediction, Keras call {milliseconds['keras_call']} ms, solver {milliseconds['solver']} ms"
+        f"Keras call {milliseconds['keras_call']} ms, solver {milliseconds['solver']} ms"
     )
     axes.text(5.0, 1.4, text, ha="center", va="center")
 

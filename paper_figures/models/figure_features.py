@@ -168,7 +168,7 @@ def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:
 def compose(
     feature_sets: Any, data_efficiency: Any, model_comparison: Any, ranking: Any = None
 ) -> dict[str, Figure | Table]:
-    """Draw the trainings by the paper's recipe and the shares; below, those by `swift` and their errors; and a table."""
+    """Draw the trainings by the paper's recipe and the shares; below, those by `swift`, their errors, and a table."""
     rows = 2 if feature_sets.get("floor") else 1
     drawn, panels = drawing.panels(rows, 2, height=2.8 * rows)
     for axes in panels[: rows + 1]:

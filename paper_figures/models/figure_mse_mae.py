@@ -1,6 +1,6 @@
 """Held-out MSE against MAE of every trained model; the colour is the family, the marker the conditioning.
 
-The first panel is of the trainings by the paper's recipe, the second of those by `swift`, with the spread of their seeds.
+The first panel is of the trainings by the paper's recipe, the second of those by `swift`, with the spread of seeds.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ def draw_models(
 
     `factor` scales parameters.
     """
-    for name, model in models.items():
+    for name, model in reversed(models.items()):  # the first in front
         position = factor * model[x] if x == "parameters" else f"test_{x}"
         if not models_style.draw_spread(axes, ranking, name, position, f"test_{y}"):
             axes.plot(factor * model[x], model[y], label=name, zorder=3, **models_style.marker(name))

@@ -129,7 +129,7 @@ def section(group: str, findings: list[Finding]) -> str:
 
 
 def first_page(findings: dict[str, Finding], results: Results) -> str:
-    """The page that answers: claims of abstract and conclusions, other numbers that differ, questions to the authors."""
+    """The page that answers: claims of abstract and conclusions, other numbers that differ, questions."""
     rows, answered = [], set()
     for claim in page_claims():
         finding = findings.get(claim.get("finding", ""))
@@ -141,10 +141,12 @@ def first_page(findings: dict[str, Finding], results: Results) -> str:
             answered.add(finding.claim["says"])
         why = claim["why"] if isinstance(claim["why"], str) else claim["why"][verdict]
         rows.append([claim["says"], *(filled(text, results) for text in (paper, here)), shown, filled(why, results)])
+    differing = [
+        f for says, f in findings.items() if f.counted and f.verdict == claims.DIFFERS and says not in answered
+    ]
     others = [
-        f"{finding.claim['says']}: {paper_text(finding.claim)}, here {our_text(finding.ours, finding.claim.get('unit', ''))}"
-        for says, finding in findings.items()
-        if finding.counted and finding.verdict == claims.DIFFERS and says not in answered
+        f"- {f.claim['says']}: {paper_text(f.claim)}, here {our_text(f.ours, f.claim.get('unit', ''))}"
+        for f in differing
     ]
     removed = results.at("recipe_seeds:removed")
     notice = (
@@ -152,7 +154,7 @@ def first_page(findings: dict[str, Finding], results: Results) -> str:
     )
     table = markdown_table(["claim", "paper", "here", "verdict", "why"], rows)
     text = filled((HERE / "page.md").read_text(encoding="utf-8"), results)
-    parts = {"{removed}": notice, "{claims}": table, "{differing}": "\n".join(f"- {line}" for line in others)}
+    parts = {"{removed}": notice, "{claims}": table, "{differing}": "\n".join(others)}
     for place, part in parts.items():
         text = text.replace(place, part)
     return text.rstrip()
@@ -214,9 +216,9 @@ def trainings_section(results: Results) -> str:
         for training in {row["label"]: row for row in results.at("recipe_seeds:trainings") or ()}.values()
     ]
     note = (
-        "Hours of one core on a processor, of the whole training on a GPU. † Trained by a program that is no longer part of "
-        "the repository (`git log -- unfinished/gpu` finds it in a whole clone). `make paper-recipe-seeds FOLDERS=...` adds "
-        "more seeds."
+        "Hours of one core on a processor, of the whole training on a GPU. † A program that is no longer part of the "
+        "repository trained it, wholly or in part (`git log -- unfinished/gpu` finds it in a whole clone). `make "
+        "paper-recipe-seeds FOLDERS=...` adds more seeds."
     )
     table = markdown_table(
         ["training", "seed", "backend", "device", "hours", "epochs", "held-out MSE", "command"], rows, "lrllrrrl"
