@@ -14,12 +14,12 @@ from bem._support.text_files import read_json
 from experiments.common import Dataset, Models, dataset_digest, ended_by_recipe
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from experiments.run_folders import read_table
-from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
+from surrogate.architectures.naming import paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity, read_recipe
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
-"""The reference model: the others must be trained as it was, and the second family is the best of the others."""
+"""The reference model: the others must be trained as it was."""
 PAPER_TRAINED = {name: PAPER_RECIPE.format(name) for name in paper_names()}
 """Labels of the models trained by the paper's recipe."""
 PAPER_TRAINED_INPUTS = {features: PAPER_RECIPE.format(f"{REFERENCE}-inputs-{features}") for features in "ABC"}
@@ -135,28 +135,6 @@ def outdated(trained: dict[str, TrainingIdentity], dataset: str, models: Path) -
     }
 
 
-def comparison(models: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Ranking by held-out MSE, and what follows from it; a value that needs a missing model is `None`.
-
-    The second family is the family of the best model outside the reference model's family.
-    """
-    ranking = sorted(models, key=lambda name: models[name]["mse"])
-    best = {}
-    for family in PAPER_FAMILIES:
-        members = [name for name in ranking if name.startswith(f"{family}-")]
-        best[family] = members[0].split("-")[1] if len(members) == len(CONDITIONINGS) else None
-    complete = len(models) == len(paper_names())
-    other_families = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
-    return {
-        "ranking": ranking,
-        "best": ranking[0] if complete else None,
-        "concatenation_suffices": ranking[0].endswith("-concat") if complete else None,
-        "second_family": other_families[0] if complete else None,
-        "best_conditioning": best,
-        "most_epochs": max(model["epochs"] for model in models.values()),
-    }
-
-
 def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """The trainings that the paper's recipe ended; what needs one that is missing is `None`."""
     labelled = {name: label for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
@@ -199,6 +177,9 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
         "outdated": old,
         "differences": training_differences(lineages, digest),
         "expected": len(paper_names()),
-        "comparison": comparison(ranked),
+        "comparison": {
+            "ranking": sorted(ranked, key=lambda name: ranked[name]["mse"]),
+            "most_epochs": max(model["epochs"] for model in ranked.values()),
+        },
         "by_paper_recipe": by_paper_recipe(beside),
     }

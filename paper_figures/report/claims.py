@@ -190,11 +190,7 @@ def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
     """Judge a ranking by the trainings by the paper's recipe; beside it what the seeds of ours decide."""
     ranking = results.content("ranking")
     by_seeds = (ranking or {"claims": {}})["claims"].get(claim["ranking"])
-    if by_seeds and by_seeds["decision"] in BY_SEEDS:
-        beside = f"{_ranked_first(claim, by_seeds)}, {by_seeds['decision']}"
-    else:
-        value = results.find(claim)
-        beside = None if value is None else f"{value}, one training each"
+    beside = f"{_ranked_first(claim, by_seeds)}, {by_seeds['decision']}" if by_seeds else None
     decided = results.at("recipe_seeds:claims")
     decided = decided and decided[claim["ranking"]]
     if not decided or decided["lacking"]:

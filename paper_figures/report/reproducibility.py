@@ -3,25 +3,20 @@
 `make docs-numbers` writes them into the page. Rankings come from all published seeds.
 """
 
-import json
 from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
-from experiments.common import ended_by_recipe
-from experiments.paper.model_comparison import PAPER_TRAINED, REFERENCE, WORDED, read_model
 from experiments.paper.recipe_seeds import SEEDS, decisions
-from experiments.paper_numbers import paper_claims
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking import FAILS, HOLDS, NOT_DECIDED, TIE
-from paper_figures.style import drawing, models_style
+from paper_figures.style import models_style
 from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are undecided"}
 """Headings of the statements, by the decision on their orders."""
-MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
 
 
 def forces_text(model_forces: Any) -> str:
@@ -74,17 +69,6 @@ def statements_text(models: Path, ranking: Any) -> str:
     return "\n".join([*lines, "", markdown_table(header, rows, "llllrrrlll")])
 
 
-def changes_text(models: Path, ranking: Any) -> str:
-    """The statements on which both recipes decide differently, with both decisions, in a sentence."""
-    decided, differ = _by_paper_recipe(models, ranking), []
-    for claim in rankings.ranked():
-        theirs = decided[claim["ranking"]].get("decision", NOT_DECIDED)
-        ours = ranking["claims"][claim["ranking"]]["decision"]
-        if theirs != ours:
-            differ.append(f"{says(claim['ranking'])} ({theirs}; by seeds {ours})")
-    return f"The paper's recipe decides otherwise than the seeds of ours on: {', '.join(differ) or 'nothing'}."
-
-
 def spread_table(ranking: Any) -> str:
     """Spread over the seeds of each model that has at least two."""
     several = [name for name in ranking["models"] if models_style.seeds_of(ranking, name) >= models_style.SEVERAL]
@@ -99,63 +83,7 @@ def spread_table(ranking: Any) -> str:
     return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
 
 
-def training_table(models: Path) -> str:
-    """The paper's model by the paper's recipe, and by its words: epochs, and errors compared with the paper's."""
-    ways = {"here": PAPER_TRAINED[REFERENCE], "here, without Keras's threshold": WORDED}
-    runs = {way: _trained(models / label) for way, label in ways.items() if (models / label / "run.json").is_file()}
-    if not runs:
-        return "Not trained yet: `make model-paper-recipe`."
-    paper, tests = drawing.paper_values("reference_model"), [metrics["test"] for metrics, _ in runs.values()]
-    most = next(claim["value"] for claim in paper_claims() if "any model needed" in claim["says"])
-    ended = {True: "ended by the recipe", False: "stopped before the recipe's own end"}
-    epochs = [f"{metrics['epochs']}, {ended[by_recipe]}" for metrics, by_recipe in runs.values()]
-    rows = [["epochs", f"at most {most}", *epochs]]
-    for key in ("mse", "mae"):
-        rows.append([f"held-out {key.upper()}", number(paper[key]), *(number(test[key]["mean"]) for test in tests)])
-    for key, title in MEDIANS.items():
-        rows.append([title, f"{paper[key]} %", *(f"{number(test[key]['median'], 2)} %" for test in tests)])
-    native = [f"{number(test['native_pull_off_force_percent']['median'], 2)} %" for test in tests]
-    rows.append(["median pull-off error, against the solver's own peak between the steps", "-", *native])
-    return markdown_table(["", "paper", *runs], rows, "l" * (2 + len(runs)))
-
-
-def recipe_table(models: Path, ranking: Any) -> str:
-    """Errors of the models that were also trained by the paper's recipe, those of their seeds, and both orders."""
-    header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
-    rows, errors = [], {}
-    for name, label in PAPER_TRAINED.items():
-        folder = models / label
-        if not (folder / "run.json").is_file() or not ranking["models"].get(name):
-            continue
-        metrics, by_recipe = _trained(folder)
-        test, spread = metrics["test"], ranking["spread"][name]
-        errors[name] = (test["mse"]["mean"], spread["test_mse"]["median"])
-        pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
-        where = ", on a GPU" if metrics["cpu_seconds"] is None else ""
-        cells = [name, str(metrics["epochs"]), f"{'recipe' if by_recipe else 'EPOCHS'}{where}"]
-        rows.append([*cells, *map(number, errors[name]), *(number(error, 2) for error in pull_off)])
-    if not rows:
-        return "None yet."
-    by_paper, by_seeds = (", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1))
-    order = f"Order by held-out MSE: {by_paper} by the recipe `paper`; {by_seeds} by the seeds."
-    return f"{markdown_table(header, rows, 'lrlrrrr')}\n\n{order}"
-
-
-def hours_text(models: Path, training_speed: Any) -> str:
-    """Core hours of each training that the paper's recipe ended: of its batches if measured, otherwise as recorded."""
-    folders = {name: models / label for name, label in PAPER_TRAINED.items() if ended_by_recipe(models / label)}
-    seconds = {name: read_model(folder, training_speed)["core_seconds"] for name, folder in folders.items()}
-    measured = {name: duration for name, duration in seconds.items() if duration}
-    hours = ", ".join(f"{name} {number(duration / 3600.0, 2)}" for name, duration in measured.items())
-    return f"{hours}; {sum(measured.values()) / 3600.0:.0f} for these {len(measured)}"
-
-
 def _by_paper_recipe(models: Path, ranking: Any) -> dict[str, Any]:
     """Decisions on the rankings by the trainings by the paper's recipe in a folder, and by the published seeds."""
     claims: dict[str, Any] = decisions(models, SEEDS, ranking["dataset_sha256"], ranking["spread"])["claims"]
     return claims
-
-
-def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
-    """Metrics of a model directory, and whether its recipe ended the training."""
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8")), ended_by_recipe(folder)
