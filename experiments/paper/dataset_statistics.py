@@ -62,6 +62,11 @@ def still_attached(dataset: Dataset) -> np.ndarray:
     return ~far_field(dataset.scalars["end_force"][rows], end)
 
 
+def rank_correlation(first: FloatArray, second: FloatArray) -> float:
+    """Spearman's rank correlation; zero where a column is constant."""
+    return float(spearmanr(first, second).statistic) if np.ptp(first) and np.ptp(second) else 0.0
+
+
 def statistics(dataset: Dataset) -> dict[str, Any]:
     """The statistics of a data set that the tables show."""
     rows, scalars = dataset.completed, dataset.scalars
@@ -95,10 +100,9 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
             np.mean(scalars["pull_off_time"][rows] > stated("dataset:longest_pull_off_time"))
         ),
         "cost_grows": {
-            f"with {'slow unloading' if name == 'unloading_rate' else name}": float(
-                (-1.0 if name == "unloading_rate" else 1.0) * spearmanr(dataset.protocols[name], seconds).statistic
-            )
-            for name in ("tabor", "peak_indentation", "unloading_rate")
+            "with tabor": rank_correlation(dataset.protocols["tabor"], seconds),
+            "with peak_indentation": rank_correlation(dataset.protocols["peak_indentation"], seconds),
+            "with slow unloading": -rank_correlation(dataset.protocols["unloading_rate"], seconds),
         },
         "never_compressed": len(rows) - len(ratio),
         "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,

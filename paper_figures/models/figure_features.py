@@ -160,9 +160,7 @@ def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:
         if training := comparison["beside"].get(published):
             text = f"{name}: {LABELS[name]} ({training['validation_mse']:.1e})"
             models_style.draw_curve(axes, training["history"], STYLES[name], text)
-    axes.set_title(models_style.label(REFERENCE, "paper"), loc="right")
-    if axes.lines:
-        axes.legend(loc="upper right")
+    axes.legend(loc="upper right")
 
 
 def compose(
@@ -173,12 +171,16 @@ def compose(
     drawn, panels = drawing.panels(rows, 2, height=2.8 * rows)
     for axes in panels[: rows + 1]:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-    draw_by_paper_recipe(panels[0], model_comparison)
+    recipe = "paper" if set(PAPER_TRAINED_INPUTS.values()) & model_comparison["beside"].keys() else "swift"
+    if recipe == "paper":
+        draw_by_paper_recipe(panels[0], model_comparison)
+    else:
+        draw_feature_sets(panels[0], feature_sets["sets"], ranking)
     draw_shares(panels[1], data_efficiency)
-    panels[1].set_title(models_style.label(REFERENCE, "swift"), loc="right")
+    for axes, name in zip(panels, (recipe, "swift", "swift"), strict=False):
+        axes.set_title(models_style.label(REFERENCE, name), loc="right")
     if rows > 1:
         draw_feature_sets(panels[2], feature_sets["sets"], ranking)
-        panels[2].set_title(models_style.label(REFERENCE, "swift"), loc="right")
         draw_hidden(panels[3], feature_sets, "pull_off")
         panels[3].set_ylim(top=4.0 * panels[3].get_ylim()[1])
         panels[3].legend(loc="upper right")

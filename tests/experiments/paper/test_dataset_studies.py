@@ -44,6 +44,10 @@ def test_dataset_statistics_and_percentiles(dataset, data):
     assert study["run_over_solver"] == pytest.approx(core_seconds / (60 * 1e-3))
     assert study["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
     assert study["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / core_seconds)
+    assert study["cost_grows"]["with tabor"] == 0.0
+    unloading = data.protocols["unloading_rate"]
+    growing = dataset_statistics.statistics(changed(data, solver_seconds=1.0 / unloading))["cost_grows"]
+    assert growing["with slow unloading"] == pytest.approx(1.0)
     percentiles = dataset_statistics.percentiles(np.arange(101.0))
     assert percentiles == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 

@@ -72,10 +72,8 @@ def training(folder, mse, **run):
 def test_added_seeds_join_the_published_one(tmp_path):
     models, seeds = tmp_path / "models", tmp_path / "paper_recipe_seeds.h5"
     training(models / "M1-concat-paper", 1e-4, device="a GPU", program_removed="elsewhere")
-    folders = [
-        training(tmp_path / f"M1-concat-paper-seed-{s}", 1e-4 * (1 + s), seed=s, backend="torch") for s in (1, 2)
-    ]
-    recipe_seeds.add(folders, seeds)
+    folders = {seed: tmp_path / f"M1-concat-paper-seed-{seed}" for seed in (1, 2)}
+    recipe_seeds.add([training(path, 1e-4 * (1 + s), seed=s, backend="torch") for s, path in folders.items()], seeds)
     recipe_seeds.add([training(tmp_path / "M1-concat-paper-seed-0", 1e-4)], seeds)  # the published one again
     with h5py.File(seeds) as file:
         assert list(file["M1-concat-paper"]) == ["seed-0", "seed-1", "seed-2"]
@@ -83,7 +81,7 @@ def test_added_seeds_join_the_published_one(tmp_path):
     assert {"seed": 1, "backend": "torch", "epochs": 2, "mse": 2e-4, "hours": 120 / 3600}.items() <= index[1].items()
     study = recipe_seeds.decisions(models, seeds, DIGEST, {})
     rows = [row for row in study["trainings"] if row["model"] == "M1-concat"]
-    assert [row["mse"] for row in rows] == [1e-4, 2e-4, 3e-4]
+    assert [row["mse"] for row in rows] == pytest.approx([1e-4, 2e-4, 3e-4])
     assert (rows[0]["device"], rows[0]["removed"], rows[1]["device"]) == ("a GPU", "elsewhere", "processor")
     assert (study["removed"], study["longest"]["mse"]) == (1, 2e-4)
     assert study["backends"] == "tensorflow of 1 trainings, torch of 2 trainings"
@@ -94,7 +92,7 @@ def test_added_seeds_join_the_published_one(tmp_path):
 @pytest.mark.parametrize("settings", [{"ended_by": "--epochs"}, {"recipe": {"name": "swift"}}])
 def test_only_ended_trainings_are_added(settings, tmp_path):
     folder = training(tmp_path / "M1-concat-paper-seed-1", 1e-4, **settings)
-    with pytest.raises(ValueError, match="the recipe `paper` ended; received .*M1-concat-paper-seed-1"):
+    with pytest.raises(ValueError, match=r"the recipe `paper` ended; received .*M1-concat-paper-seed-1"):
         recipe_seeds.add([folder], tmp_path / "seeds.h5")
     assert not (tmp_path / "seeds.h5").exists()
 
@@ -114,9 +112,10 @@ def missing_programs(run):
     return missing
 
 
-@pytest.mark.parametrize(
-    "path", sorted((ROOT / "published/models").glob("*/run.json")), ids=lambda path: path.parent.name
-)
+RUNS = sorted((ROOT / "published/models").glob("*/run.json"))
+
+
+@pytest.mark.parametrize("path", RUNS, ids=lambda path: path.parent.name)
 def test_published_trainings_can_be_repeated(path):
     run = json.loads(path.read_text(encoding="utf-8"))
     assert bool(missing_programs(run)) == (recipe_seeds.REMOVED in run)
@@ -124,9 +123,5 @@ def test_published_trainings_can_be_repeated(path):
 
 def test_a_missing_program_is_seen():
     assert missing_programs({"command": "surrogate train M1-concat --recipe paper"}) == []
-    for command in (
-        "python unfinished/gpu/train.py",
-        "surrogate train M9 --recipe paper",
-        "surrogate train M1-FiLM --recipe x",
-    ):
+    for command in ("python unfinished/gpu/train.py", "surrogate train M9", "surrogate train M1-FiLM --recipe x"):
         assert missing_programs({"command": command}) == [command]

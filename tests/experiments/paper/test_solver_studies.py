@@ -111,10 +111,8 @@ def test_length_scale_and_deviations():
     assert summary["solver_against_theory_largest_percent"] == pytest.approx(300.0)
     rows = [dict.fromkeys(POINT, 1.0) | {"paper": 1.5 if index == 2 else 1.0} for index in range(14)]
     summary = persson_brener.summary(rows)
-    assert (summary["paper_against_theory_largest_percent"], summary["paper_against_theory_largest_when_fast"]) == (
-        50,
-        0,
-    )
+    assert summary["paper_against_theory_largest_percent"] == pytest.approx(50.0)
+    assert not summary["paper_against_theory_largest_when_fast"]
 
 
 @pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
@@ -155,7 +153,7 @@ def test_solver_follows_crack_theory():
         ("mean-time", "mean (s)", 138.2),
         ("modulus", "1 / (1 - nu^2) of an incompressible solid", 4 / 3),
         ("two-betas", "as a number", 0.97428),
-        ("influence-diagonal", "G r at distance 0.01 from a node", 4.2443),
+        ("influence-diagonal", "G r at distance 0.01 from a node", 4.2738),
         ("four-groups", "remainder of 1,245 by four", 1),
     ],
 )
