@@ -18,6 +18,8 @@ from surrogate.architectures.naming import paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity, read_recipe
 
 METRICS = ("mse", "mae", "dtw_rmse")
+REMOVED = "program_removed"
+"""Key of `run.json`: the program of its command is no longer part of the repository, and where its history is."""
 REFERENCE = "M1-concat"
 """The reference model: the others must be trained as it was."""
 PAPER_TRAINED = {name: PAPER_RECIPE.format(name) for name in paper_names()}
@@ -92,6 +94,8 @@ def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
         **{name: metrics["test"][name]["mean"] for name in METRICS},
         **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
         "ended_by": run.get("ended_by"),
+        "device": run.get("device", "processor"),
+        "removed": run.get(REMOVED),
         "validation_mse": min(history["validation_mse"]),
         "core_seconds": seconds,
         "hours": None if seconds is None else seconds / 3600.0,

@@ -23,15 +23,13 @@ import numpy as np
 
 from bem._support.text_files import read_json
 from experiments.common import Dataset, Models, Result, dataset_digest, ended_by_recipe, write_result
-from experiments.paper.model_comparison import PAPER_TRAINED_CONTENDERS
+from experiments.paper.model_comparison import PAPER_TRAINED_CONTENDERS, REMOVED
 from experiments.paper_numbers import PAPER_RECIPE
 from experiments.run_folders import add_seeds, read_table, read_trainings
 from experiments.trainings import ranking as rankings
 from surrogate.architectures.naming import paper_names
 
 SEEDS = Path("published/paper_recipe_seeds.h5")
-REMOVED = "program_removed"
-"""Key of `run.json`: the program of its command is no longer part of the repository, and where its history is."""
 
 
 def facts(run: dict[str, Any], metrics: dict[str, Any]) -> dict[str, Any]:

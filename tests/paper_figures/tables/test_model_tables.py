@@ -38,17 +38,17 @@ def test_tables(regimes, errors, cracks):
     speed = {"models": {"M1-concat": {"seconds_per_batch": {"median": 0.361}}}}
     rows = table_models.compose(comparison(["M1-concat"]), speed).rows
     theirs = ["5.00e-04", "0.0092", "0.0148", "-", "2.2", "1.1"]
-    assert rows[0] == ["M1-concat, paper", "473,729", "-", *theirs, *["-"] * 5]
-    errors = ["0.001", "0.01", "0.02", "0.7", "2", "2"]
-    assert rows[1] == ["M1-concat", "100,000", "stated", *errors, "swift", "9,960", "3", "1800", "360"]
-    assert rows[2] == ["M1-concat-large", "100,000", "stated", *errors, "swift", "120,000", "3", "1800", "-"]
+    assert rows[0] == ["M1-concat, paper", "473,729", "-", *theirs, *["-"] * 6]
+    errors, by = ["0.001", "0.01", "0.02", "0.7", "2", "2"], "tensorflow, processor"
+    assert rows[1] == ["M1-concat", "100,000", "stated", *errors, "swift", "9,960", "3", by, "1800", "360"]
+    assert rows[2] == ["M1-concat-large", "100,000", "stated", *errors, "swift", "120,000", "3", by, "1800", "-"]
     unmeasured = table_models.compose(comparison(["M1-concat"]))
     assert unmeasured.rows[1][-1] == "-"
     assert "17 of 18" in unmeasured.caption
     both = comparison(["M2-FiLM", "M1-concat"], by_recipe=["M1-concat"])
-    both["beside"]["M1-concat-paper"]["core_seconds"] = None  # trained on a GPU
+    both["beside"]["M1-concat-paper"] |= {"core_seconds": None, "device": "a GPU", "removed": "elsewhere"}
     rows = table_models.compose(both, speed | {"by_paper_recipe": {"M1-concat": {"median": 0.05}}}).rows
     # In the order of the ranking, by the paper's recipe first.
     assert [row[0] for row in rows[1:]] == ["M2-FiLM", "M1-concat-paper", "M1-concat", "M1-concat-large"]
     assert [row[2] for row in rows[1:3]] == ["guessed", "stated"]
-    assert [row[-2:] for row in rows[2:4]] == [["on a GPU", "50"], ["1800", "360"]]
+    assert [row[-3:] for row in rows[2:4]] == [["tensorflow, a GPU †", "-", "50"], [by, "1800", "360"]]
