@@ -83,6 +83,7 @@ $(F)/%.pdf: $(DRAWING) | $(INSTALLED)
 $(T)/%.md: $(DRAWING) | $(INSTALLED)
 	$(call DRAW,table-$*)
 RANKING := $(wildcard $(PUBLISHED)/ranking.json)
+RECIPE_SEEDS := $(PUBLISHED)/paper_recipe_seeds.h5
 SPEED := $(wildcard $(MEASURED)/training_speed.json)
 $(F)/figure-1.pdf $(F)/figure-3.pdf: $(S)/dataset_examples.json
 $(F)/figure-2.pdf: $(S)/dataset_examples.json $(DATASET)
@@ -114,8 +115,8 @@ $(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.js
 STUDIES := dataset_examples dataset_statistics canonical_regimes persson_brener error_statistics fms_transfer \
 	model_comparison recipe_seeds open_choices architecture_graphs adopted_settings inconsistencies
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
-# The arguments of a study are its prerequisites without code, the paper's values and the files in the folder of models.
-STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/%,$^)
+# The arguments of a study are its prerequisites without code, the paper's values, the files in the folder of models and more seeds.
+STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/% $(RECIPE_SEEDS),$^)
 $(S)/%.json: experiments/paper/%.py $(wildcard experiments/*.py experiments/paper_values/*) | $(INSTALLED)
 	$(call STUDY,$*) --out $@ $(LEAVE_OUT)
 $(S)/dataset_examples.json: $(SOLVER)
@@ -126,7 +127,7 @@ $(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(
 $(S)/fms_transfer.json: $(CONFIGS)/fms_transfer.toml $(M1) $(DATASET) $(SOLVER)
 # The folder changes if an entry is removed, which a wildcard does not show.
 $(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET)
-$(S)/recipe_seeds.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(PUBLISHED)/ranking.json $(wildcard $(PUBLISHED)/paper_recipe_seeds.h5)
+$(S)/recipe_seeds.json: $(MODELS) $(wildcard $(MODELS)/*/run.json $(RECIPE_SEEDS)) $(DATASET) $(RANKING)
 $(S)/open_choices.json: $(MODELS) $(wildcard $(MODELS)/*-paper/*) $(DATASET) $(SOLVER)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
 $(S)/adopted_settings.json: $(CONFIGS)/feature_sets.toml
@@ -203,7 +204,7 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 
 paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
-	$(SUMS) $(PUBLISHED)/paper_recipe_seeds.h5 $(PUBLISHED)/paper_recipe_seeds.json
+	$(SUMS) $(RECIPE_SEEDS) $(RECIPE_SEEDS:h5=json)
 
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
 JSON = $(PUBLISHED)/$(subst -,_,$@).json

@@ -138,9 +138,12 @@ def decisions(models: Path, seeds: Path, digest: str, spread: dict[str, Any]) ->
     }
 
 
-def study(models: Models, dataset: Dataset, ranking: Result, seeds: Path = SEEDS) -> dict[str, Any]:
-    """List the trainings by the paper's recipe and decide the rankings; `ranking` has the spread of other seeds."""
-    return decisions(models, seeds, dataset_digest(dataset), ranking["spread"])
+def study(models: Models, dataset: Dataset, ranking: Result = None) -> dict[str, Any]:
+    """List the trainings by the paper's recipe and decide the rankings; `ranking` has the spread of other seeds.
+
+    The seeds are those beside the folder of models. Without a spread single trainings decide nothing.
+    """
+    return decisions(models, models.parent / SEEDS.name, dataset_digest(dataset), ranking["spread"] if ranking else {})
 
 
 def add(folders: list[Path], seeds: Path = SEEDS) -> None:

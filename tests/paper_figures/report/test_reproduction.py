@@ -5,6 +5,8 @@ import sys
 import pytest
 
 from experiments.__main__ import studies
+from experiments.common import read_result
+from experiments.paper import dataset_statistics, error_statistics, model_comparison, recipe_seeds
 from experiments.paper_numbers import paper_claims, stated, with_stated
 from experiments.trainings.ranking import contenders
 from paper_figures.__main__ import modules
@@ -313,6 +315,29 @@ def test_open_choices_have_their_numbers(results):
     results.read = {"open_choices": {"best": ["M1-concat", "M6-FiLM"], "thresholds": {"1": {"mse": 1.24e-4}}}}
     filled = reproduction_report.filled("{open_choices:best}; {open_choices:thresholds/1/mse|.1e}", results)
     assert filled.startswith("M1-concat, M6-FiLM; 1.2e-04")
+
+
+def test_report_is_of_what_is_published(tmp_path):
+    """Rows of the numbers that neither the solver nor a network computes; another training or data set changes them."""
+    published = ROOT / "published"
+    dataset, models, config = published / "dataset.h5", published / "models", {"model": "M1-concat"}
+    seeds = read_result(published / "ranking.json")
+    content = {
+        "dataset_statistics": dataset_statistics.study(dataset),
+        "error_statistics": error_statistics.study(config, models, dataset),
+        "model_comparison": model_comparison.study(models, dataset),
+        "recipe_seeds": recipe_seeds.study(models, dataset, seeds),
+    }
+    results = reproduction.Results(tmp_path, published)
+    results.read |= content
+    known = [c for c in CLAIMS if c.get("source", "").partition(":")[0] in content and "thresholds" not in c]
+    assert len(known) > 40
+    lines = set(REPORT.splitlines())
+    for group in dict.fromkeys(claim["group"] for claim in known):
+        findings = [reproduction.judge(claim, results) for claim in CLAIMS if claim["group"] == group]
+        says = {claim["says"] for claim in known}
+        for line in reproduction_report.section(group, findings).splitlines():
+            assert line.split(" | ")[0].strip("| ") not in says or line in lines, f"{line}: run `make report`"
 
 
 NUMBER = re.compile(r"-?\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?")
