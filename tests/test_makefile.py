@@ -33,7 +33,7 @@ def test_targets_keep_their_names(targets):
     assert captions().keys() <= targets
     assert modules().keys() == captions().keys()
     expected = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
-        model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
+        model-paper-recipe paper-recipe-seeds model-as-worded model-inputs-c model-large model-budgets more-models pretrained
         feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-emulated test-torch test-minima lint format golden-trajectories lock clean docs
         docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all"""
@@ -79,13 +79,13 @@ def drawn(tmp_path_factory):
     [
         (None, "", 0),
         ("bem/cli/app.py", "", 0),
-        ("bem/methods/version.py", "dataset_examples persson_brener figure-1 figure-5 table-persson-brener", 16),
-        ("published/dataset.h5", "dataset_statistics error_statistics figure-2 figure-7 table-quartiles", 18),
-        ("published/models/M4-FiLM/run.json", "model_comparison figure-5 figure-mse-mae table-models", 8),
+        ("bem/methods/version.py", "dataset_examples persson_brener figure-1 figure-5 table-persson-brener", 17),
+        ("published/dataset.h5", "dataset_statistics error_statistics figure-2 figure-7 table-quartiles", 21),
+        ("published/models/M4-FiLM/run.json", "model_comparison recipe_seeds figure-5 figure-mse-mae table-models", 10),
         ("published/data_efficiency.json", "figure-5 figure-features", 2),
         ("published/measurements/peers.json", "figure-peers table-peers", 17),
         ("experiments/paper/persson_brener.py", "persson_brener figure-5 table-persson-brener", 3),
-        ("experiments/paper_values/quartiles.csv", "inconsistencies error_statistics table-quartiles", 30),
+        ("experiments/paper_values/quartiles.csv", "inconsistencies error_statistics table-quartiles", 33),
         ("paper_figures/style/drawing.py", "figure-1 table-models figure-peers", 38),
     ],
 )
