@@ -26,7 +26,7 @@ SUMS := bash -euo pipefail -c 'cd $(PUBLISHED); exec 9< .; flock 9; touch SHA256
 DATASET := $(PUBLISHED)/dataset.h5
 MODELS := $(PUBLISHED)/models
 GATHER := $(PY) -m experiments.run_folders $(MODELS)
-M1 := $(MODELS) $(addprefix $(MODELS)/M1-concat/,run.json model.weights.h5 scaling.json)
+M1 := $(MODELS) $(foreach model,M1-concat $(notdir $(wildcard $(MODELS)/M1-concat-paper)),$(addprefix $(MODELS)/$(model)/,run.json model.weights.h5 scaling.json))
 MEASURED := $(PUBLISHED)/measurements
 SOLVER := bem/methods/version.py
 # A published file that is missing is not made on the way: what reads it names the command that makes it, or does without.
@@ -49,12 +49,14 @@ paper: figures tables report  ## Figures, tables and the report
 
 # A module is a target of its name.
 named = $(subst _,-,$(filter-out __init__,$(basename $(notdir $(wildcard $1)))))
-PAPER_FIGURES := $(call named,paper_figures/figures/*.py paper_figures/models/*.py)
+# What the paper has no figure of: seeds of both recipes, and the rule of the plateau.
+COMPARISONS := figure-ranking figure-plateau
+PAPER_FIGURES := $(filter-out $(COMPARISONS),$(call named,paper_figures/figures/*.py paper_figures/models/*.py))
 PAPER_TABLES := table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models table-ranking
 # All together go on without what Keras or a result that takes hours would be needed for; what is asked for alone does not.
 LEAVE_OUT :=
 figures tables: LEAVE_OUT := --leave-out
-figures: $(PAPER_FIGURES)  ## Every figure of the paper whose inputs are published
+figures: $(PAPER_FIGURES) $(COMPARISONS)  ## Every figure of the paper whose inputs are published, and two comparisons
 tables: $(PAPER_TABLES)  ## Every table of the paper
 figures tables:
 	echo "All are in $(OUT)/$@"
@@ -66,7 +68,7 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 COST_FIGURES := $(call named,paper_figures/measurements/*.py)
 COST_TABLES := $(filter-out $(PAPER_TABLES),$(call named,paper_figures/tables/*.py))
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
-$(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
+$(PAPER_FIGURES) $(COMPARISONS) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
 $(PAPER_TABLES) $(COST_TABLES): table-%: $(OUT)/tables/%.md
 	$(if $(filter $@,$(MAKECMDGOALS)),cat $<)
 
@@ -81,6 +83,7 @@ $(F)/%.pdf: $(DRAWING) | $(INSTALLED)
 $(T)/%.md: $(DRAWING) | $(INSTALLED)
 	$(call DRAW,table-$*)
 RANKING := $(wildcard $(PUBLISHED)/ranking.json)
+RECIPE_SEEDS := $(PUBLISHED)/paper_recipe_seeds.h5
 SPEED := $(wildcard $(MEASURED)/training_speed.json)
 $(F)/figure-1.pdf $(F)/figure-3.pdf: $(S)/dataset_examples.json
 $(F)/figure-2.pdf: $(S)/dataset_examples.json $(DATASET)
@@ -91,7 +94,7 @@ $(F)/figure-7.pdf $(T)/quartiles.md: $(S)/error_statistics.json
 $(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf: $(S)/model_comparison.json $(RANKING)
 $(F)/figure-plateau.pdf: $(S)/model_comparison.json
 $(F)/figure-ranking.pdf $(T)/ranking.md: $(PUBLISHED)/ranking.json $(S)/model_comparison.json
-$(F)/figure-features.pdf: $(PUBLISHED)/feature_sets.json $(PUBLISHED)/data_efficiency.json $(RANKING)
+$(F)/figure-features.pdf: $(PUBLISHED)/feature_sets.json $(PUBLISHED)/data_efficiency.json $(S)/model_comparison.json $(RANKING)
 $(F)/figure-fms-transfer.pdf: $(S)/fms_transfer.json
 $(F)/graphical-abstract.pdf: $(S)/canonical_regimes.json $(S)/error_statistics.json
 $(T)/protocols-dataset.md: $(S)/dataset_examples.json $(S)/dataset_statistics.json
@@ -111,8 +114,8 @@ $(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.js
 
 STUDIES := $(filter-out __init__,$(basename $(notdir $(wildcard experiments/paper/*.py))))
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
-# The arguments of a study are its prerequisites without code, the paper's values and the files in the folder of models.
-STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/%,$^)
+# The arguments of a study are its prerequisites without code, the paper's values, the files in the folder of models and more seeds.
+STUDY = $(PY) -m experiments $(subst -,_,$1) $(filter-out %.py experiments/paper_values/% $(MODELS)/% $(RECIPE_SEEDS),$^)
 $(S)/%.json: experiments/paper/%.py $(wildcard experiments/*.py experiments/paper_values/*) | $(INSTALLED)
 	$(call STUDY,$*) --out $@ $(LEAVE_OUT)
 $(S)/dataset_examples.json: $(SOLVER)
@@ -122,7 +125,9 @@ $(S)/persson_brener.json: $(CONFIGS)/persson_brener.toml $(M1) $(SOLVER)
 $(S)/error_statistics.json: $(CONFIGS)/error_statistics.toml $(M1) $(wildcard $(MODELS)/trainings.h5) $(DATASET)
 $(S)/fms_transfer.json: $(CONFIGS)/fms_transfer.toml $(M1) $(DATASET) $(SOLVER)
 # The folder changes if an entry is removed, which a wildcard does not show.
-$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET) $(SPEED)
+$(S)/model_comparison.json: $(MODELS) $(wildcard $(MODELS)/*/run.json) $(DATASET)
+$(S)/recipe_seeds.json: $(MODELS) $(wildcard $(MODELS)/*/run.json $(RECIPE_SEEDS)) $(DATASET) $(RANKING)
+$(S)/open_choices.json: $(MODELS) $(wildcard $(MODELS)/*-paper/*) $(DATASET) $(SOLVER)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
 $(S)/adopted_settings.json: $(CONFIGS)/feature_sets.toml
 
@@ -196,6 +201,10 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
+paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
+	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
+	$(SUMS) $(RECIPE_SEEDS) $(RECIPE_SEEDS:h5=json)
+
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
 JSON = $(PUBLISHED)/$(subst -,_,$@).json
 OWN = --out $(JSON)
@@ -235,6 +244,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).json)
 measure-pull-off-place: MEASURED = bem/dataset
 measure-accuracy-cost: $(DATASET) $(MODELS)
+measure-paper-method-times: $(DATASET)
 measure-canonical-times: $(CONFIGS)/canonical_times.toml $(MODELS)
 measure-training-speed: $(DATASET)
 measure-training-cost: $(DATASET) $(MODELS) $(SPEED)
@@ -242,7 +252,7 @@ measure-amortisation: $(MEASURED)/accuracy_cost.json $(DATASET) $(MODELS) $(SPEE
 measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed) --out $(if $(REVISION),$(OUT),$(MEASURED))/speed.json $(if $(BUSY),--busy)
 	$(if $(REVISION),,$(SUMS) $(MEASURED)/speed.json)
-MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost training-speed training-cost \
+MEASUREMENTS := effects effect-pairs recommendations canonical-times paper-method-times accuracy-cost training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
 measurements:  ## All measurements but those that need long, a browser or other files, one after the other
@@ -333,7 +343,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	cd demo && npm ci --silent
 	@touch $@
 
-.PHONY: sums $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
+.PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(COMPARISONS) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all

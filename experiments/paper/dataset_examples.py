@@ -2,7 +2,7 @@
 
 Protocols (a) to (f) are the paper's, with the digits that it prints. The paper does not state which trajectory its
 mapping figure shows. The one used here has three phases of similar length, so that all of them are visible on one time
-axis, and is computed at the accuracy of the data set.
+axis, and the contact is lost before its end. It is computed at the accuracy of the data set.
 """
 
 from typing import Any
@@ -12,7 +12,7 @@ from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
-MAPPING = {"tabor": 3.2, "peak_indentation": 12.0, "loading_rate": 5.0, "dwell_time": 2.0, "unloading_rate": 5.0}
+MAPPING = {"tabor": 1.0, "peak_indentation": 8.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
 ACCURACY = "reference"
 
 

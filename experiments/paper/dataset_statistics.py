@@ -16,6 +16,7 @@ a trajectory that is never compressed; such trajectories are counted and left ou
 from typing import Any
 
 import numpy as np
+from scipy.stats import spearmanr
 
 from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
@@ -23,6 +24,7 @@ from bem.problem.protocol import default_start_indentation
 from bem.results.trajectory import far_field
 from experiments.common import DATASET
 from experiments.common import Dataset as DatasetFile
+from experiments.paper_numbers import stated
 from surrogate.data.metrics import pull_off
 
 PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
@@ -60,6 +62,11 @@ def still_attached(dataset: Dataset) -> np.ndarray:
     return ~far_field(dataset.scalars["end_force"][rows], end)
 
 
+def rank_correlation(first: FloatArray, second: FloatArray) -> float:
+    """Spearman's rank correlation; zero where a column is constant."""
+    return float(spearmanr(first, second).statistic) if np.ptp(first) and np.ptp(second) else 0.0
+
+
 def statistics(dataset: Dataset) -> dict[str, Any]:
     """The statistics of a data set that the tables show."""
     rows, scalars = dataset.completed, dataset.scalars
@@ -89,6 +96,14 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "still_attached": float(np.mean(still_attached(dataset))),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
         "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
+        "pull_off_after_paper_longest": float(
+            np.mean(scalars["pull_off_time"][rows] > stated("dataset:longest_pull_off_time"))
+        ),
+        "cost_grows": {
+            "with tabor": rank_correlation(dataset.protocols["tabor"], seconds),
+            "with peak_indentation": rank_correlation(dataset.protocols["peak_indentation"], seconds),
+            "with slow unloading": -rank_correlation(dataset.protocols["unloading_rate"], seconds),
+        },
         "never_compressed": len(rows) - len(ratio),
         "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,
         "resolution_floor": {name: percentiles(values) for name, values in floor.items()},

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from experiments.common import Config, Dataset, Models, ended_by_recipe, require_dataset
-from experiments.paper_numbers import PAPER_RECIPE
+from experiments.common import Config, Dataset, Models, require_dataset
+from experiments.paper.model_comparison import by_recipe
 from experiments.run_folders import read_table
 from surrogate.training.identity import read_identity
 
@@ -47,17 +47,28 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
             "p90": float(np.percentile(errors[column], 90)),
             "largest": float(errors[column].max()),
         }
-        for column in ("mse", "mae", "dtw_rmse", *PERCENTS, "native_pull_off_force_percent", "resolution_floor_percent")
+        for column in errors
+        if column != "trajectory"
+    }
+    pairs = {
+        "pull_off_and_hysteresis": ("pull_off_force_percent", "hysteresis_percent"),
+        "pull_off_and_nmae": ("pull_off_force_percent", "nmae_percent"),
+        "mse_and_nmae": ("mse", "nmae_percent"),
+        "mse_and_pull_off": ("mse", "pull_off_force_percent"),
     }
     correlations = {
-        f"pull_off_and_{name}": float(spearmanr(errors["pull_off_force_percent"], errors[f"{name}_percent"]).statistic)
-        for name in ("hysteresis", "nmae")
+        name: float(spearmanr(*(errors[column] for column in pair)).statistic) for name, pair in pairs.items()
     }
+    means = {column: [table[name][column]["mean"] for name in QUARTILES] for column in PERCENTS}
+    worst = np.sort(errors["mse"])[::-1][: -(-quartile.size // 10)]
     return {
         "trajectories": int(quartile.size),
         "quartiles": table,
         "overall": overall,
         "spearman": correlations,
+        "grows_with_quartile": {column: values == sorted(values) for column, values in means.items()},
+        "waveform_orders_more": correlations["mse_and_nmae"] > correlations["mse_and_pull_off"],
+        "squared_error_of_worst_tenth_percent": float(100.0 * worst.sum() / errors["mse"].sum()),
         "per_trajectory": {name: errors[name].tolist() for name in ("mse", *PERCENTS)}
         | {"quartile": quartile.tolist()},
     }
@@ -82,10 +93,7 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
 
 
 def study(config: Config, models: Models, dataset: Dataset) -> dict[str, Any]:
-    """Error statistics of one model and, where the paper's recipe ended a training of it, of that one; else `None`."""
-    paper = models / PAPER_RECIPE.format(config["model"])
-    return {
-        "config": config,
-        **statistics(held_out_errors(models / config["model"], dataset)),
-        "by_paper_recipe": statistics(held_out_errors(paper, dataset)) if ended_by_recipe(paper) else None,
-    }
+    """Error statistics of one model by each recipe with which it is published, `None` for the other."""
+    labels = by_recipe(config["model"], models)
+    trained = {recipe: statistics(held_out_errors(models / label, dataset)) for recipe, label in labels.items()}
+    return {"config": config, **dict.fromkeys(("paper", "swift")), **trained}

@@ -15,6 +15,7 @@ from experiments import common
 from experiments.common import Config, Dataset, Models
 from experiments.measurements.cases import Case, native, rows_of
 from experiments.measurements.harness import progress
+from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
 
 
@@ -41,16 +42,16 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
     }
 
 
-def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
-    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations.
+def held_out(folder: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
+    """Protocols of the held-out trajectories of a model directory, each of shape (n,), and their simulations.
 
     Raises:
         ValueError: The model was trained on another data set, so that its indices are not valid.
     """
     from surrogate.data.dataset import Split, TrajectoryDataset
 
-    common.require_dataset(models / config["model"], dataset)
-    indices = Split.of(models / config["model"]).test[: config["trajectories"] or None]
+    common.require_dataset(folder, dataset)
+    indices = Split.of(folder).test[: config["trajectories"] or None]
     protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
     cases = [Case.of(row, config["modulus_ratio"]) for row in rows_of(protocols)]
     return protocols, [case.simulated(config["accuracy"]) for case in progress(cases, "held-out trajectories")]
@@ -81,19 +82,18 @@ def errors_on_grid(
 
 
 def study(config: Config, models: Models, dataset: Dataset) -> dict[str, Any]:
-    """Predict at each number of steps with the same weights."""
-    trained = common.load_surrogate(config["model"], models)
+    """Predict at each number of steps with the same weights, of a training by each recipe."""
     rows = {int(row["sample"]): row for row in paper_rows("canonical_protocols")}
-    protocols, simulations = held_out(models, dataset, config)
-    errors = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
-    sample = sample_transfer(rows[config["sample"]], trained, config)
-    best = {
-        "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
-        "best_for_the_test_set": min(errors, key=lambda total: errors[total]["mse"]["mean"]),
-    }
-    return {
-        "config": config,
-        "summary": best,
-        "sample": sample,
-        "test_set": {"trajectories": len(simulations), "errors": errors},
-    }
+    labels, transfers = by_recipe(config["model"], models), {}
+    protocols, simulations = held_out(models / next(iter(labels.values())), dataset, config)
+    for recipe, label in labels.items():
+        trained = common.load_surrogate(label, models)
+        errors = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
+        sample = sample_transfer(rows[config["sample"]], trained, config)
+        best = {
+            "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
+            "best_for_the_test_set": min(errors, key=lambda total: errors[total]["mse"]["mean"]),
+        }
+        test_set = {"trajectories": len(simulations), "errors": errors}
+        transfers[recipe] = {"summary": best, "sample": sample, "test_set": test_set}
+    return {"config": config, **transfers}

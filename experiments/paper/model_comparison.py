@@ -11,15 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.text_files import read_json
-from experiments.common import Dataset, Models, Result, dataset_digest
+from experiments.common import Dataset, Models, dataset_digest, ended_by_recipe
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from experiments.run_folders import read_table
-from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
+from surrogate.architectures.naming import paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity, read_recipe
 
 METRICS = ("mse", "mae", "dtw_rmse")
+REMOVED = "program_removed"
+"""Key of `run.json`: the program of its command is no longer part of the repository, and where its history is."""
 REFERENCE = "M1-concat"
-"""The reference model: the others must be trained as it was, and the second family is the best of the others."""
+"""The reference model: the others must be trained as it was."""
 PAPER_TRAINED = {name: PAPER_RECIPE.format(name) for name in paper_names()}
 """Labels of the models trained by the paper's recipe."""
 PAPER_TRAINED_INPUTS = {features: PAPER_RECIPE.format(f"{REFERENCE}-inputs-{features}") for features in "ABC"}
@@ -29,6 +31,19 @@ WORDED = f"{REFERENCE}-as-worded"
 """Label of the reference model trained by the paper's words, without Keras's threshold of the plateau."""
 PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": label for name, label in PAPER_TRAINED_INPUTS.items()}
 """Both, by their names in the rankings."""
+
+
+def by_recipe(model: str, models: Path) -> dict[str, str]:
+    """Labels under which a model is published: of the training that the recipe `paper` ended, then that by `swift`.
+
+    Raises:
+        FileNotFoundError: There is neither.
+    """
+    labels = {"paper": PAPER_RECIPE.format(model)} if ended_by_recipe(models / PAPER_RECIPE.format(model)) else {}
+    labels |= {"swift": model} if (models / model / "run.json").is_file() else {}
+    if not labels:
+        raise FileNotFoundError(f"model {model!r} not found in {str(models)!r}; `make model-paper-recipe` trains it")
+    return labels
 
 
 def read_history(folder: Path) -> dict[str, list[float]]:
@@ -79,6 +94,8 @@ def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
         **{name: metrics["test"][name]["mean"] for name in METRICS},
         **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
         "ended_by": run.get("ended_by"),
+        "device": run.get("device", "processor"),
+        "removed": run.get(REMOVED),
         "validation_mse": min(history["validation_mse"]),
         "core_seconds": seconds,
         "hours": None if seconds is None else seconds / 3600.0,
@@ -122,49 +139,24 @@ def outdated(trained: dict[str, TrainingIdentity], dataset: str, models: Path) -
     }
 
 
-def comparison(models: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Ranking by held-out MSE, and what follows from it; a value that needs a missing model is `None`.
-
-    The second family is the family of the best model outside the reference model's family.
-    """
-    ranking = sorted(models, key=lambda name: models[name]["mse"])
-    best = {}
-    for family in PAPER_FAMILIES:
-        members = [name for name in ranking if name.startswith(f"{family}-")]
-        best[family] = members[0].split("-")[1] if len(members) == len(CONDITIONINGS) else None
-    complete = len(models) == len(paper_names())
-    other_families = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
-    return {
-        "ranking": ranking,
-        "best": ranking[0] if complete else None,
-        "concatenation_suffices": ranking[0].endswith("-concat") if complete else None,
-        "second_family": other_families[0] if complete else None,
-        "best_conditioning": best,
-        "most_epochs": max(model["epochs"] for model in models.values()),
-    }
-
-
-def by_paper_recipe(beside: dict[str, dict[str, Any]], hours: dict[str, float | None]) -> dict[str, Any]:
-    """The trainings that the paper's recipe ended, and their `hours`; what needs one that is missing is `None`."""
+def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The trainings that the paper's recipe ended; what needs one that is missing is `None`."""
     labelled = {name: label for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
     finished = {name: beside[label] for name, label in labelled.items() if beside[label]["ended_by"] == "recipe"}
     trained = {name: model for name, model in finished.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
-    taken = {name: hours[PAPER_TRAINED[name]] for name in trained}
-    longest = max(taken, key=lambda name: taken[name]) if complete and all(taken.values()) else None
     inputs = {name: finished.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
         "mse": {name: model["mse"] for name, model in finished.items()},
-        "longest_training": longest,
-        "longest_training_hours": taken[longest] if longest else None,
         "most_epochs": max(model["epochs"] for model in trained.values()) if complete else None,
         "validation_mse": inputs,
+        "a_over_d": inputs["A"] / inputs["D"] if inputs["A"] and inputs["D"] else None,
         "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
     }
 
 
-def study(models: Models, dataset: Dataset, training_speed: Result = None) -> dict[str, Any]:
+def study(models: Models, dataset: Dataset) -> dict[str, Any]:
     """Compare the published models.
 
     Raises:
@@ -181,7 +173,6 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
         name: {"architecture": lineages[name].architecture, **run} for name, run in read.items() if name not in ranked
     }
     missing = [name for name in paper_names() if name not in lineages]
-    hours = {name: read_model(models / name, training_speed)["hours"] for name in beside}
     return {
         "dataset_sha256": digest,
         "models": ranked,
@@ -190,6 +181,9 @@ def study(models: Models, dataset: Dataset, training_speed: Result = None) -> di
         "outdated": old,
         "differences": training_differences(lineages, digest),
         "expected": len(paper_names()),
-        "comparison": comparison(ranked),
-        "by_paper_recipe": by_paper_recipe(beside, hours),
+        "comparison": {
+            "ranking": sorted(ranked, key=lambda name: ranked[name]["mse"]),
+            "most_epochs": max(model["epochs"] for model in ranked.values()),
+        },
+        "by_paper_recipe": by_paper_recipe(beside),
     }

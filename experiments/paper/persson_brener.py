@@ -20,9 +20,12 @@ from bem.methods.closed_forms import persson_brener as theory
 from experiments import common
 from experiments.common import Config, Models
 from experiments.measurements.cases import Case
+from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
 
 CURVE_POINTS = 200
+FASTEST = 4
+"""Points at the end of the table, whose crack velocities are some ten times those before."""
 LARGE = 1e12
 """A crack velocity, in l0 over the retardation time, at which the theory has reached its upper limit."""
 
@@ -52,12 +55,12 @@ def beta_over_length_scale(tabor: float) -> float:
     return float(np.sqrt(100.0 * tabor) / theory.length_scale(tabor))
 
 
-def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
-    """Amplifications and velocities of one protocol."""
+def point(protocol: dict[str, float], surrogates: dict[str, Any], config: dict[str, Any]) -> dict[str, Any]:
+    """Amplifications and velocities of one protocol; of the surrogate by recipe."""
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
     case = Case.of(protocol, ratio)
     trajectory = case.simulated(config["accuracy"])
-    force = common.predicted(trained, *case.grid(), tabor)
+    forces = {recipe: common.predicted(trained, *case.grid(), tabor) for recipe, trained in surrogates.items()}
     own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
     return {
         "point": int(protocol["point"]),
@@ -68,30 +71,35 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
         "theory": float(theory.effective_energy(protocol["crack_velocity"], ratio)),
         "theory_at_own_velocity": float(theory.effective_energy(own, ratio)),
         "solver": trajectory.pull_off_force / jkr.PULL_OFF_FORCE,
-        "surrogate": float(force[FIRST_UNLOADING:].max()) / jkr.PULL_OFF_FORCE,
+        **{recipe: float(force[FIRST_UNLOADING:].max()) / jkr.PULL_OFF_FORCE for recipe, force in forces.items()},
     }
 
 
-def summary(points: list[dict[str, float]]) -> dict[str, float]:
-    """Median and largest deviations, in percent."""
+def summary(points: list[dict[str, Any]]) -> dict[str, Any]:
+    """Median and largest deviations, in percent; for surrogates also whether the largest is at the fastest cracks."""
     columns = {name: np.array([row[name] for row in points]) for name in points[0] if name != "protocol"}
-    deviations = {}
-    for value, reference in (("solver", "theory"), ("solver", "theory_at_own_velocity"), ("surrogate", "theory")):
+    surrogates = [recipe for recipe in ("paper", "swift") if recipe in columns]
+    deviations: dict[str, Any] = {}
+    pairs = [("solver", "theory"), ("solver", "theory_at_own_velocity"), *((name, "theory") for name in surrogates)]
+    for value, reference in pairs:
         deviation, name = 100.0 * np.abs(columns[value] / columns[reference] - 1.0), f"{value}_against_{reference}"
         deviations[f"{name}_median_percent"] = float(np.median(deviation))
         deviations[f"{name}_largest_percent"] = float(deviation.max())
+        deviations[f"{name}_largest_when_fast"] = bool(deviation.argmax() >= len(points) - FASTEST)
     return deviations
 
 
 def study(config: Config, models: Models) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
-    trained = common.load_surrogate(config["model"], models)
+    labels = by_recipe(config["model"], models)
+    surrogates = {recipe: common.load_surrogate(label, models) for recipe, label in labels.items()}
     protocols = paper_rows("persson_brener_protocols")
-    points = [point(protocol, trained, config) for protocol in protocols]
+    points = [point(protocol, surrogates, config) for protocol in protocols]
     velocities = np.array([row["crack_velocity"] for row in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
     statistics = summary(points)
-    highest, trained_up_to = max(protocol["tabor"] for protocol in protocols), trained.scaling.ranges["tabor"][1]
+    highest = max(protocol["tabor"] for protocol in protocols)
+    trained_up_to = next(iter(surrogates.values())).scaling.ranges["tabor"][1]
     # How far above the trained range, in percent of its upper end.
     statistics["extrapolation_percent"] = max(0.0, 100.0 * (highest / trained_up_to - 1.0))
     statistics["trained_up_to_tabor"] = trained_up_to

@@ -153,43 +153,6 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
     return first, contenders_by_ranking[ranking]
 
 
-def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[str, Any]) -> dict[str, Any]:
-    """Decision on a ranking from one training of each model by the paper's recipe.
-
-    The order of two contenders is a tie if their errors differ by less than those of two seeds of some of the models.
-
-    Args:
-        claim: The claim.
-        mse: Held-out errors by model.
-        spread: `min` and `max` over the seeds of our recipe, by model and metric.
-
-    Returns:
-        `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`; `ratio`,
-        the error of the paper's first over the least of the others; and `apart`, the largest ratio of two seeds.
-    """
-    champion, contenders_by_label = contenders(claim)
-    models = [name for names in contenders_by_label.values() for name in names]
-    lacking = [name for name in models if name not in mse]
-    if lacking:
-        return {"lacking": lacking}
-    errors = {label: min(mse[name] for name in names) for label, names in contenders_by_label.items()}
-    ends = [spread[name]["test_mse"] for name in models if name in spread]
-    apart = max((spread_of_model["max"] / spread_of_model["min"] for spread_of_model in ends), default=np.inf)
-    decisions = {}
-    for label in contenders_by_label.keys() - {champion}:
-        ratio = errors[label] / errors[champion]
-        decided = HOLDS if ratio > apart else FAILS
-        decisions[label] = decided if max(ratio, 1.0 / ratio) > apart else TIE
-    return {
-        "lacking": [],
-        "first": min(errors, key=errors.__getitem__),
-        "level": [champion, *(label for label in contenders_by_label if decisions.get(label) == TIE)],
-        "decision": verdict(list(decisions.values())),
-        "ratio": errors[champion] / min(error for label, error in errors.items() if label != champion),
-        "apart": float(apart),
-    }
-
-
 def seed_facts(training: dict[str, Any]) -> dict[str, Any]:
     """Errors of one training of `read_trainings` on the test set, and its settings.
 

@@ -17,22 +17,15 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import paper_names
 
 
-def draw_sizes(axes: Axes, comparison: Any, ranking: Any = None) -> None:
+def draw_sizes(axes: Axes, models: dict[str, Any]) -> None:
     """Number of parameters against DTW-RMSE, with the paper's reference model."""
-    models = comparison["models"]
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, comparison, "parameters", "dtw_rmse", ranking, factor=1e-3)
-    # The least error is named, and its marker is in front and smaller: a model of about the same size may lie on it.
+    draw_models(axes, models, "parameters", "dtw_rmse", factor=1e-3)
     best = min(models, key=lambda name: models[name]["dtw_rmse"])
-    of_seeds = models_style.seeds_of(ranking, best) >= models_style.SEVERAL
-    error = ranking["spread"][best]["test_dtw_rmse"]["median"] if of_seeds else models[best]["dtw_rmse"]
-    position = models[best]["parameters"] / 1e3, error
-    axes.plot(*position, **models_style.marker(best) | {"markersize": 4.8}, zorder=3.5)
-    color = models_style.color(best)
+    position, color = (models[best]["parameters"] / 1e3, models[best]["dtw_rmse"]), models_style.color(best)
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": color, "shrinkB": 2}
-    look = {"ha": "center", "va": "center", "color": color, "arrowprops": leader}
-    drawing.note(axes, f"least by ours: {best}", position, (46, -9), **look)
+    drawing.note(axes, f"least: {best}", position, (46, -9), ha="center", va="center", color=color, arrowprops=leader)
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)
@@ -52,7 +45,13 @@ def draw_effective_energy(axes: Axes, cracks: dict[str, Any]) -> None:
     axes.plot(own, solver, "s", label="solver, own velocity", **open_square)
     name = cracks["config"]["model"]
     beyond = cracks["summary"]["extrapolation_percent"]
-    axes.plot(theirs, [point["surrogate"] for point in points], label=name, **models_style.marker(name))
+    for recipe, edge in (
+        ("swift", {"markerfacecolor": "none", "markeredgecolor": models_style.color(name)}),
+        ("paper", {}),
+    ):
+        if recipe in points[0]:
+            look = models_style.marker(name) | edge
+            axes.plot(theirs, [point[recipe] for point in points], label=models_style.label(name, recipe), **look)
     if beyond:
         axes.set_title(rf"{name}: $\mu$ is {beyond:.3g} % above its training range", loc="right")
     axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
@@ -60,8 +59,11 @@ def draw_effective_energy(axes: Axes, cracks: dict[str, Any]) -> None:
     axes.legend(loc="upper left")
 
 
-def draw_data_efficiency(axes: Axes, efficiency: dict[str, Any]) -> None:
-    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds."""
+def draw_data_efficiency(axes: Axes, efficiency: dict[str, Any], reference: dict[str, Any] | None) -> None:
+    """Held-out MSE against the share of training trajectories, by `swift`: mean and standard deviation over the folds.
+
+    `reference` is the training of all by the paper's recipe, or `None`.
+    """
     axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
     shares = sorted(efficiency["shares"], key=lambda share: share["percent"])
     percents, means, deviations = ([share[name] for share in shares] for name in ("percent", "mse_mean", "mse_sd"))
@@ -73,21 +75,27 @@ def draw_data_efficiency(axes: Axes, efficiency: dict[str, Any]) -> None:
     axes.errorbar(percents, means, deviations, capsize=2, label=f"mean of {folds} folds", **look)
     hollow = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.9}
     axes.plot(100.0, efficiency["full"]["mse"], label=f"all, {efficiency['full']['epochs']} epochs", **look | hollow)
+    if reference:
+        label = f"all, paper’s recipe, {reference['epochs']} epochs"
+        axes.plot(100.0, reference["mse"], label=label, **look | {"markeredgecolor": drawing.BLACK})
+    axes.set_title(models_style.label(efficiency["config"]["architecture"], "swift"), loc="right")
     axes.legend(loc="upper right")
     for axis in (axes.xaxis, axes.yaxis):
         drawing.log_labels(axis)
 
 
 def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ranking: Any = None) -> Figure:
-    """Draw figure 5; (a) and (b) show the spread over seeds of `ranking`."""
+    """Draw figure 5; where no model is trained by the paper's recipe, (a) shows the seeds of `ranking`."""
+    recipe, models = models_style.leading(model_comparison)
     drawn, panels = drawing.panels(2, 2, height=5.4)
-    draw_curves(panels[0], model_comparison, "concat", ranking)
-    panels[0].set_title("concatenated models", loc="right")
-    draw_sizes(panels[1], model_comparison, ranking)
+    draw_curves(panels[0], model_comparison, "concat", recipe, ranking)
+    draw_sizes(panels[1], models)
+    panels[1].set_title("paper’s recipe" if recipe == "paper" else "swift", loc="right")
     draw_effective_energy(panels[2], persson_brener)
-    draw_data_efficiency(panels[3], data_efficiency)
+    reference = models_style.trained_by_paper_recipe(model_comparison).get(data_efficiency["config"]["architecture"])
+    draw_data_efficiency(panels[3], data_efficiency, reference)
     drawn.legend(
         handles=models_style.handles(), loc="outside upper center", ncols=11, columnspacing=1.0, handlelength=1.4
     )
-    models_style.write_states(drawn, model_comparison, ranking, paper_names())
+    models_style.write_states(drawn, model_comparison, None if recipe == "paper" else ranking, paper_names())
     return drawn

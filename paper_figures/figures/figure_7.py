@@ -1,7 +1,7 @@
 """Figure 7: distributions of the held-out errors of pull-off force and hysteresis, and their relation.
 
 Bars are stacked by quartile of the force MSE and show shares of all held-out trajectories. The first bin also holds the
-smaller errors. The model is the one trained by the paper's recipe; a line shows the distribution for ours.
+smaller errors. The model is the one trained by the paper's recipe; a line shows the distribution for `swift`.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
-from paper_figures.style import drawing
+from paper_figures.style import drawing, models_style
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.RED)
@@ -41,7 +41,7 @@ def draw_distribution(axes: Axes, statistics: dict[str, Any], column: str, ours:
     if ours:
         by_ours = np.clip(ours["per_trajectory"][column], LOWEST, top)
         shares, _ = np.histogram(by_ours, bins, weights=np.full(len(by_ours), 100.0 / len(by_ours)))
-        label = f"our recipe, median {ours['overall'][column]['median']:.2g} %"
+        label = f"swift, median {ours['overall'][column]['median']:.2g} %"
         highest = max(highest, shares.max())
         axes.stairs(shares, bins, color="0.35", linewidth=0.9, label=label)
     axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
@@ -82,8 +82,9 @@ def mark_lowest(axis: Axis) -> None:
 
 def compose(error_statistics: Any) -> Figure:
     """Draw figure 7."""
-    by_paper = error_statistics["by_paper_recipe"]
-    shown, ours = (by_paper, error_statistics) if by_paper else (error_statistics, None)
+    by_recipe = models_style.recipes(error_statistics)
+    (recipe, shown), ours = next(iter(by_recipe.items())), by_recipe.get("swift")
+    ours = ours if recipe == "paper" else None
     drawn, panels = drawing.panels(2, 2, height=5.0)
     force, loop, waveform = LABELS
     draw_distribution(panels[0], shown, force, ours)
@@ -91,7 +92,6 @@ def compose(error_statistics: Any) -> Figure:
     draw_relation(panels[2], shown, force, loop, shown["spearman"]["pull_off_and_hysteresis"])
     draw_relation(panels[3], shown, force, waveform, shown["spearman"]["pull_off_and_nmae"])
     marks = [Patch(color=color, label=name) for name, color in zip(QUARTILES, COLORS, strict=True)]
-    recipe = "the paper's" if by_paper else "our"
-    title = f"{error_statistics['config']['model']} by {recipe} recipe, quartile of the force MSE"
+    title = f"{models_style.label(error_statistics['config']['model'], recipe)}; quartile of the force MSE"
     drawn.legend(handles=marks, loc="outside upper center", ncols=4, title=title)
     return drawn

@@ -12,10 +12,9 @@ from paper_figures.style.writing import number
 SAMPLE = 5
 
 
-def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> None:
+def draw_model(axes: Axes, regime: dict[str, Any], name: str, errors: dict[str, Any]) -> None:
     """The model between two arrows, with its median errors and times below."""
     schematics.blank(axes, 10.0, 8.0)
-    name = errors["config"]["model"]
     tabor = regime["protocol"]["tabor"]
     schematics.arrow(axes, (0.2, 4.6), (1.7, 4.6), lw=1.6)
     schematics.arrow(axes, (8.3, 4.6), (9.8, 4.6), lw=1.6)
@@ -30,7 +29,7 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
         f"median error on {errors['trajectories']} unseen protocols\n"
         f"pull-off force {overall['pull_off_force_percent']['median']:.2g} %, "
         f"hysteresis {overall['hysteresis_percent']['median']:.2g} %\n"
-        f"{milliseconds['predictor']} ms a prediction, solver {milliseconds['solver']} ms"
+        f"Keras call {milliseconds['keras_call']} ms, solver {milliseconds['solver']} ms"
     )
     axes.text(5.0, 1.4, text, ha="center", va="center")
 
@@ -40,7 +39,9 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     native, steps = regime["native"], regime["steps"]
     drawing.zero_line(axes)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
-    axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
+    recipe, predicted = next(iter(models_style.recipes(regime["predicted"]).items()))
+    label = models_style.label(name, recipe)
+    axes.plot(steps["indentation"], predicted["force"], label=label, **models_style.step_marker(name))
     axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE, title="force, predicted and simulated")
     axes.legend(loc="lower left")
 
@@ -53,6 +54,7 @@ def compose(canonical_regimes: Any, error_statistics: Any) -> Figure:
     depths = regime["steps"]["indentation"]
     first.plot(np.arange(1, len(depths) + 1), depths, color=drawing.BLACK, linewidth=1.6)
     first.set(xlabel="measurement step", ylabel=drawing.INDENTATION, title="indentation history")
-    draw_model(second, regime, error_statistics)
-    draw_force(third, regime, canonical_regimes["config"]["model"])
+    name = canonical_regimes["config"]["model"]
+    draw_model(second, regime, name, next(iter(models_style.recipes(error_statistics).values())))
+    draw_force(third, regime, name)
     return drawn

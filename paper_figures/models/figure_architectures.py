@@ -144,7 +144,8 @@ def compose(architecture_graphs: Any, family: str | None = None) -> Figure | dic
     panels = drawn.subplots(2, 3)
     for axes, name, code in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
         draw_family(axes, graphs, code, deepest)
-        title = textwrap.fill(f"({name}) {code}: {FAMILIES[code].description}", 36)
+        guessed = "; sizes are a guess" * (drawing.paper_values("structure")["sizes"][code]["how"] == "guessed")
+        title = textwrap.fill(f"({name}) {code}: {FAMILIES[code].description}{guessed}", 36)
         axes.set_title(title, loc="left", fontweight="bold", fontsize=6.5)
     marks = [Patch(facecolor=color, edgecolor="0.35", linewidth=0.6, label=name) for name, color in LEGEND.items()]
     drawn.legend(handles=marks, loc="outside lower center", ncols=len(marks))

@@ -1,7 +1,8 @@
 """Input representations and training-set size: validation curves of the feature sets, and of nested training shares.
 
-Below them, the errors of the feature sets on hidden protocols at two kinds of measurement steps, because validation
-errors compare trainings of the same steps only. `page_text` is the table of docs/surrogate-models.md.
+Below them, more feature sets by `swift`, and their errors of the pull-off force on hidden protocols at two kinds of
+measurement steps, because validation errors compare trainings of the same steps only; those of the hysteresis are in
+the table. `page_text` is the table of docs/surrogate-models.md.
 """
 
 from typing import Any
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bem._support.wording import markdown_table
+from experiments.paper.model_comparison import PAPER_TRAINED_INPUTS, REFERENCE
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 
@@ -152,17 +154,34 @@ def draw_shares(axes: Axes, efficiency: dict[str, Any]) -> None:
     axes.legend(loc="upper right", ncols=2)
 
 
-def compose(feature_sets: Any, data_efficiency: Any, ranking: Any = None) -> dict[str, Figure | Table]:
-    """Draw the published trainings of both panels, and write the errors of the first panel as a table."""
+def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:
+    """One curve for each of the paper's feature sets, of its training by the paper's recipe."""
+    for name, published in PAPER_TRAINED_INPUTS.items():
+        if training := comparison["beside"].get(published):
+            text = f"{name}: {LABELS[name]} ({training['validation_mse']:.1e})"
+            models_style.draw_curve(axes, training["history"], STYLES[name], text)
+    axes.legend(loc="upper right")
+
+
+def compose(
+    feature_sets: Any, data_efficiency: Any, model_comparison: Any, ranking: Any = None
+) -> dict[str, Figure | Table]:
+    """Draw the trainings by the paper's recipe and the shares; below, those by `swift`, their errors, and a table."""
     rows = 2 if feature_sets.get("floor") else 1
     drawn, panels = drawing.panels(rows, 2, height=2.8 * rows)
-    for axes in panels[:2]:
+    for axes in panels[: rows + 1]:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-    draw_feature_sets(panels[0], feature_sets["sets"], ranking)
+    recipe = "paper" if set(PAPER_TRAINED_INPUTS.values()) & model_comparison["beside"].keys() else "swift"
+    if recipe == "paper":
+        draw_by_paper_recipe(panels[0], model_comparison)
+    else:
+        draw_feature_sets(panels[0], feature_sets["sets"], ranking)
     draw_shares(panels[1], data_efficiency)
-    for axes, reading in zip(panels[2:], READINGS, strict=False):
-        draw_hidden(axes, feature_sets, reading)
+    for axes, name in zip(panels, (recipe, "swift", "swift"), strict=False):
+        axes.set_title(models_style.label(REFERENCE, name), loc="right")
     if rows > 1:
-        panels[2].set_ylim(top=4.0 * panels[2].get_ylim()[1])
-        panels[2].legend(loc="upper right")
+        draw_feature_sets(panels[2], feature_sets["sets"], ranking)
+        draw_hidden(panels[3], feature_sets, "pull_off")
+        panels[3].set_ylim(top=4.0 * panels[3].get_ylim()[1])
+        panels[3].legend(loc="upper right")
     return {"figure-features": drawn, "features": features_table(feature_sets, ranking)}

@@ -46,6 +46,8 @@ def compose(fms_transfer: Any) -> Figure:
     """Draw both panels."""
     drawn, (first, second) = drawing.panels(1, 2, height=2.7)
     model = fms_transfer["config"]["model"]
-    draw_sample(first, fms_transfer["sample"], model)
-    draw_test_set(second, fms_transfer["test_set"], models_style.color(model))
+    recipe, transfer = next(iter(models_style.recipes(fms_transfer).items()))
+    draw_sample(first, transfer["sample"], model)
+    draw_test_set(second, transfer["test_set"], models_style.color(model))
+    drawn.suptitle(models_style.label(model, recipe), fontsize="medium")
     return drawn

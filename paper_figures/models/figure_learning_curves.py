@@ -1,4 +1,7 @@
-"""Validation curves of the FiLM and gated models; those of the concatenated models are in figure 5 (a)."""
+"""Validation curves of the FiLM and gated models; those of the concatenated models are in figure 5 (a).
+
+The upper panels are of the trainings by the paper's recipe, as the paper's; the lower ones of those by `swift`.
+"""
 
 from typing import Any
 
@@ -9,46 +12,47 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import PAPER_FAMILIES, paper_names
 
 SHOWN = ("FiLM", "gated")
+EPOCHS = (0, 350)
+"""Ends of the epoch axis, the paper's."""
 
 
-def draw_curves(axes: Axes, comparison: Any, conditioning: str, ranking: Any = None) -> None:
-    """Draw the validation MSE over the epochs of the models of a conditioning in `model_comparison`, by both recipes.
+def draw_curves(axes: Axes, comparison: Any, conditioning: str, recipe: str, ranking: Any = None) -> None:
+    """Draw the validation MSE over the epochs of the models of a conditioning by a recipe, from `model_comparison`.
 
-    A model with two seeds or more is drawn as their median, in a band from the least to the largest; it is dashed. A
-    training by the paper's recipe has a marker with a black edge.
+    A model with two seeds or more by `swift` is drawn as their median, in a band from the least to the largest.
     """
-    models = comparison["models"]
-    for name, model in models_style.trained_by_paper_recipe(comparison).items():
-        if name.endswith(conditioning):
-            models_style.draw_curve(axes, model["history"], models_style.recipe_marker(name), "_", "-")
-    names = {family: f"{family}-{conditioning}" for family in PAPER_FAMILIES}
-    for family, name in names.items():
+    by_paper = recipe == "paper"
+    models = models_style.trained_by_paper_recipe(comparison) if by_paper else comparison["models"]
+    for family in PAPER_FAMILIES:
+        name = f"{family}-{conditioning}"
         if name not in models:
             continue
-        look = models_style.marker(name)
-        if models_style.seeds_of(ranking, name) >= models_style.SEVERAL:
-            models_style.draw_curves_of_seeds(axes, ranking["curves"][name], look, family)
+        if not by_paper and models_style.seeds_of(ranking, name) >= models_style.SEVERAL:
+            models_style.draw_curves_of_seeds(axes, ranking["curves"][name], models_style.marker(name), family)
         else:
-            models_style.draw_curve(axes, models[name]["history"], look, family)
-    axes.set(xlabel="epoch", ylabel="validation MSE", xscale="log", yscale="log")
-    drawing.log_labels(axes.xaxis)
+            models_style.draw_curve(axes, models[name]["history"], models_style.marker(name), family)
+    axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
+    if by_paper:
+        axes.set_xlim(EPOCHS)
+    axes.set_title(models_style.label(conditioning, recipe), loc="right")
+    if axes.lines:
+        axes.legend(loc="upper right", ncols=2)
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
-    """Draw both panels, with the spread over seeds.
+    """Draw the panels, those by `swift` with the spread over seeds.
 
     Raises:
         FileNotFoundError: None of the models is published.
     """
     shown = [name for name in paper_names() if name.endswith(SHOWN)]
-    if set(shown) <= set(model_comparison["missing"]):
+    recipe, trained = models_style.leading(model_comparison)
+    if not set(shown) & set(trained) and set(shown) <= set(model_comparison["missing"]):
         raise FileNotFoundError(f"no {' or '.join(SHOWN)} model is published; `make models` trains them")
-    drawn, panels = drawing.panels(1, 2, sharex=True, sharey=True, height=2.7)
-    theirs = [models_style.recipe_handle(curves=True)] if models_style.trained_by_paper_recipe(model_comparison) else []
-    for axes, conditioning in zip(panels, SHOWN, strict=True):
-        draw_curves(axes, model_comparison, conditioning, ranking)
-        if axes.lines:
-            axes.legend(handles=[*axes.get_legend_handles_labels()[0], *theirs], loc="upper right", ncols=2)
-        axes.set_title(conditioning, loc="right")
+    rows = dict.fromkeys((recipe, "swift"))
+    drawn, panels = drawing.panels(len(rows), 2, sharex="row", sharey=True, height=2.6 * len(rows))
+    places = [(name, conditioning) for name in rows for conditioning in SHOWN]
+    for axes, (name, conditioning) in zip(panels, places, strict=True):
+        draw_curves(axes, model_comparison, conditioning, name, ranking)
     models_style.write_states(drawn, model_comparison, ranking, shown)
     return drawn

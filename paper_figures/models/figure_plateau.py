@@ -14,7 +14,7 @@ from paper_figures.style import drawing, models_style
 LOOKS = {
     "paper's recipe, Keras's default": {"color": drawing.BLACK},
     "paper's recipe, as worded": {"color": drawing.FAMILIES[1]},
-    "our recipe": {"color": drawing.FAMILIES[0], "linestyle": models_style.OURS},
+    "swift": {"color": drawing.FAMILIES[0], "linestyle": models_style.OURS},
 }
 
 

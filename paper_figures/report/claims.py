@@ -4,20 +4,22 @@ A verdict follows from the rule of the claim alone:
 
     count   equal: reproduced; otherwise differs
     value   within the tolerance: reproduced; otherwise differs
-    error, cost   smaller is better: within the tolerance: reproduced; smaller: better; larger: differs
+    error   within the tolerance: reproduced; smaller: smaller; larger: differs
     bound   ours at most the paper's: reproduced; otherwise differs
     least   ours at least the paper's: reproduced; otherwise differs
-    text    the same word: reproduced; otherwise differs; a ranking that the seeds do not decide: tie
+    text    the same word: reproduced; otherwise differs
     none    not comparable
 
-Tolerances are in `paper_values/claims.toml`. If a result does not exist yet, the verdict is "not yet", and the reason
-names the target that makes it. Claims marked `beyond` are not in the paper and get no verdict.
+An error of the scaled force must have the same verdict for every threshold of the symmetric logarithm, or is not
+comparable. A ranking is a tie if seeds by the paper's recipe say so, and undecided without them. Tolerances are in
+`paper_values/claims.toml`. If a result does not exist yet, the verdict is "not yet", and the reason names the target
+that makes it. Claims marked `beyond` are not in the paper, those marked `hardware` are seconds; both get no verdict.
 """
 
 import math
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -25,13 +27,20 @@ from typing import Any
 from experiments.__main__ import studies
 from experiments.common import read_result
 from experiments.paper_numbers import paper_claims, paper_rows, paper_values, stated
-from experiments.trainings.ranking import by_paper_recipe
+from experiments.trainings.ranking import contenders
+from surrogate.architectures.naming import paper_names
 
-VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable", "not yet")
+VERDICTS = ("reproduced", "smaller", "tie", "undecided", "differs", "not comparable", "not yet")
 """Verdicts, in the order of the overview."""
-REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = VERDICTS
-BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
-"""Verdict on a ranking, by the decision of several seeds."""
+REPRODUCED, SMALLER, TIE, UNDECIDED, DIFFERS, NOT_COMPARABLE, NOT_YET = VERDICTS
+BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS, "not decided": UNDECIDED}
+"""Verdict on a ranking, by its decision."""
+RANKED_WHY = {
+    True: "One training each: decided only if errors differ by more than the squared ratio of two seeds by `swift`.",
+    False: "Seeds and test trajectories are resampled together.",
+}
+"""Reason of a ranking, by whether some model has a single training."""
+UNITS = "The verdict depends on the unit of the force, which the paper does not define."
 AGREE: dict[str, Callable[[Any, Any], bool]] = {
     "count": operator.eq,
     "text": lambda ours, theirs: str(ours).lower() == str(theirs).lower(),
@@ -39,7 +48,7 @@ AGREE: dict[str, Callable[[Any, Any], bool]] = {
     "least": operator.ge,
 }
 """Rules that have no tolerance: whether ours agrees with the paper's."""
-RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
+RULES = ("count", "value", "error", "bound", "least", "text", "none")
 EXACT = 1e-6
 """Largest relative difference of a setting that counts as equal to the paper's."""
 
@@ -52,7 +61,8 @@ class Finding:
     ours: Any
     verdict: str
     why: str
-    by_ours: Any = None
+    beside: Any = None
+    by_removed: bool = False
 
     @property
     def ratio(self) -> float | None:
@@ -64,8 +74,8 @@ class Finding:
 
     @property
     def counted(self) -> bool:
-        """Whether the claim is the paper's, so that its verdict counts."""
-        return not self.claim.get("beyond")
+        """Whether the claim is the paper's and has a verdict that counts."""
+        return not self.claim.keys() & {"beyond", "hardware"}
 
 
 class Results:
@@ -92,7 +102,7 @@ class Results:
             if key in claim:
                 reference = self.at(claim[key])
                 return None if reference is None else against(reduced, reference)
-        return reduced
+        return reduced > claim["above"] if "above" in claim else reduced
 
     def at(self, address: str) -> Any:
         """Value at a place of a result, such as `dataset_statistics:ranges/tabor/0`; `None` if there is none yet."""
@@ -129,7 +139,7 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
     width = tolerance_of({"rule": rule, "tolerance": tolerance})
     if abs(ours - theirs) <= width * abs(theirs):
         return REPRODUCED
-    return BETTER if rule in ("error", "cost") and ours < theirs else DIFFERS
+    return SMALLER if rule == "error" and ours < theirs else DIFFERS
 
 
 def tolerance_of(claim: dict[str, Any]) -> float | None:
@@ -138,44 +148,63 @@ def tolerance_of(claim: dict[str, Any]) -> float | None:
     return paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
 
 
-def judge(claim: dict[str, Any], results: Results) -> Finding:
-    """Find our number for a claim and compare it; that by our recipe stands beside it."""
+def models_of(claim: dict[str, Any]) -> list[str]:
+    """Models, by their names in the rankings, whose trainings by the paper's recipe a claim is about."""
     if "ranking" in claim:
-        return judge_ranking(claim, results)
+        return [name for names in contenders(claim)[1].values() for name in names]
+    named: list[str] = paper_names() if claim.get("models") == "all" else claim.get("models", [])
+    return named
+
+
+def judge(claim: dict[str, Any], results: Results) -> Finding:
+    """Judge a claim, and say whether a program that is no longer part of the repository trained one of its models."""
+    trainings = results.at("recipe_seeds:trainings") or ()
+    removed = {row["model"] for row in trainings if row["removed"]}
+    finding = judge_ranking(claim, results) if "ranking" in claim else judge_number(claim, results)
+    return replace(finding, by_removed=bool(removed & set(models_of(claim))))
+
+
+def judge_number(claim: dict[str, Any], results: Results) -> Finding:
+    """Find our number for a claim and compare it; that by our recipe, or by the paper's method, stands beside it."""
     ours = results.find(claim) if claim.get("source") else None
     beside = results.at(claim["by_ours"]) if "by_ours" in claim else None
-    beside = beside if beside is None else _reduced(beside, claim)
+    beside = results.at(claim["by_method"]) if "by_method" in claim else beside
+    beside = beside if beside is None or "by_method" in claim else _reduced(beside, claim)
+    scales = (results.content("open_choices") or {"thresholds": {}})["thresholds"] if "thresholds" in claim else None
+    if scales == {}:
+        return Finding(claim, None, NOT_YET, f"`{made_by_target('open_choices')}` makes it.", beside)
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
         lacking = next(address for address in places if results.at(address) is None)
         made_by = claim.get("made_by") or made_by_target(lacking.partition(":")[0])
         return Finding(claim, None, NOT_YET, f"`{made_by}` makes it.", beside)
-    decision = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
-    return Finding(claim, ours, decision, claim["why"], beside)
+    places = [f"open_choices:thresholds/{scale}/{claim['thresholds']}" for scale in scales or ()]
+    compared = [ours, *map(results.at, places)]
+    decisions = {verdict(claim["rule"], claim.get("value"), value, claim.get("tolerance")) for value in compared}
+    if len(decisions) > 1:
+        return Finding(claim, ours, NOT_COMPARABLE, UNITS, beside)
+    return Finding(claim, ours, decisions.pop(), claim["why"], beside)
 
 
 def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
-    """Judge a ranking by one training of each model by the paper's recipe; beside it what the seeds of ours decide."""
+    """Judge a ranking by the trainings by the paper's recipe; beside it what the seeds of ours decide."""
     ranking = results.content("ranking")
     by_seeds = (ranking or {"claims": {}})["claims"].get(claim["ranking"])
-    if by_seeds and by_seeds["decision"] in BY_SEEDS:
-        beside = f"{_ranked_first(claim, by_seeds)}, {by_seeds['decision']}"
-    else:
-        value = results.find(claim)
-        beside = None if value is None else f"{value}, one training each"
-    mse = results.at("model_comparison:by_paper_recipe/mse") or {}
-    decided = by_paper_recipe(claim, mse, (ranking or {}).get("spread", {}))
-    if decided["lacking"]:
-        made = claim.get("made_by", "make models RECIPE=paper")
-        return Finding(claim, None, NOT_YET, f"`{made}` trains what is missing: {len(decided['lacking'])}.", beside)
-    why = "One training each. An order is decided if the errors differ by more than those of the seeds of our recipe."
+    beside = f"{_ranked_first(claim, by_seeds)}, {by_seeds['decision']}" if by_seeds else None
+    decided = results.at("recipe_seeds:claims")
+    decided = decided and decided[claim["ranking"]]
+    if not decided or decided["lacking"]:
+        made, count = claim.get("made_by", "make models RECIPE=paper"), len(decided["lacking"]) if decided else "all"
+        return Finding(claim, None, NOT_YET, f"`{made}` trains what is missing: {count}.", beside)
+    why = RANKED_WHY[decided["seeds"] == 1]
     return Finding(claim, _ranked_first(claim, decided), BY_SEEDS[decided["decision"]], why, beside)
 
 
 def _ranked_first(claim: dict[str, Any], order: dict[str, Any]) -> str:
     binary = claim["value"] == "true"
-    word = BY_SEEDS[order["decision"]]
-    ours = {REPRODUCED: claim["value"], TIE: " = ".join(order["level"]), DIFFERS: "false" if binary else order["first"]}
+    word, level = BY_SEEDS[order["decision"]], order["level"]
+    first = "false" if binary else order["first"]
+    ours = {REPRODUCED: claim["value"], TIE: " = ".join(level), DIFFERS: first, UNDECIDED: f"{order['first']} first"}
     return ours[word]
 
 
@@ -210,8 +239,9 @@ def table_claims() -> list[dict[str, Any]]:
             "says": f"{row['quartile']}: {word} of the {label}",
             "value": row[f"{column}_{statistic}"],
             "unit": "%" if "percent" in column else "",
-            "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{statistic}",
-            "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{statistic}",
+            "source": f"error_statistics:paper/quartiles/{row['quartile']}/{column}/{statistic}",
+            "by_ours": f"error_statistics:swift/quartiles/{row['quartile']}/{column}/{statistic}",
+            "thresholds": f"quartiles/{row['quartile']}/{column}/{statistic}",
             "made_by": "make model-paper-recipe",
         }
         for row, (column, label), (statistic, word) in product(paper_rows("quartiles"), columns.items(), parts.items())
@@ -223,6 +253,11 @@ def table_claims() -> list[dict[str, Any]]:
             "says": f"sample ({row['sample']:g}), {word}",
             "value": row[f"{column}_seconds"],
             "source": f"canonical_regimes:regimes/{index}/seconds/{key}",
+            **(
+                {"by_method": f"paper_method_times:protocols/{row['sample']:g}/paper_method"}
+                if tool == "solver"
+                else {}
+            ),
         }
         for index, row in enumerate(paper_rows("canonical_protocols"))
         for tool, (column, key, word) in tools.items()

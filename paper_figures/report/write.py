@@ -1,4 +1,7 @@
-"""REPRODUCTION.md: every number of the paper with ours, a verdict by a stated rule, and the paper's inconsistencies.
+"""REPRODUCTION.md: one page of answers, a map of the paper, what it leaves open, and every number with a verdict.
+
+The words are `page.md`, `page.toml` and `rules.md` beside this module, and `experiments/paper_values/`.
+
 
 Usage: `python -m paper_figures.report.write [--results DIR] [--published DIR] [--out FILE]`.
 """
@@ -8,6 +11,8 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("paper_figures.report.write")
 
+import re
+import tomllib
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,15 +21,36 @@ import typer
 
 from bem._support.command_line import run_main
 from bem._support.wording import markdown_table
-from experiments.paper_numbers import paper_values, with_stated
-from experiments.trainings.ranking import contenders
+from experiments.paper_numbers import PAPER_VALUES, paper_values, stated, with_stated
 from paper_figures.report import claims
 from paper_figures.report.claims import Finding, Results
 from paper_figures.style import models_style
 from paper_figures.style.writing import number
 
 OUT = Path("REPRODUCTION.md")
-INTRODUCTION = Path(__file__).with_name("introduction.md")
+HERE = Path(__file__).parent
+FIRST_PAGE = "## Map of the paper"
+"""Heading after the first page."""
+
+
+def page_claims() -> list[dict[str, Any]]:
+    """The claims of the first page, from `page.toml`."""
+    claimed: list[dict[str, Any]] = tomllib.loads((HERE / "page.toml").read_text(encoding="utf-8"))["claim"]
+    return claimed
+
+
+def filled(text: str, results: Results) -> str:
+    """Replace each `{FILE:KEY/...|FORMAT}` in a text by the paper's number or the result at that place."""
+
+    def value_at(match: re.Match[str]) -> str:
+        address, form = match[1], match[2]
+        paper = (PAPER_VALUES / f"{address.partition(':')[0]}.toml").is_file()
+        value = stated(address) if paper else results.at(address)
+        if isinstance(value, list):
+            return ", ".join(map(str, value))
+        return "not yet" if value is None else format(value, form) if form else value_text(value)
+
+    return re.sub(r"\{(\w+:[^{}|]+)(?:\|([^{}]+))?\}", value_at, text)
 
 
 def value_text(value: Any, unit: str = "") -> str:
@@ -48,37 +74,49 @@ def tolerance_text(claim: dict[str, Any]) -> str:
     return f"{100.0 * tolerance:g} %" + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
 
 
-def row(finding: Finding, trained: bool) -> list[str]:
-    """One row of a table; a claim that is not the paper's has no tolerance and no verdict.
+def paper_text(claim: dict[str, Any]) -> str:
+    """The paper's number with the digits that it states."""
+    value, unit = claim.get("value"), claim.get("unit", "")
+    return f"{value:g} {unit}".rstrip() if isinstance(value, float) else value_text(value, unit)
 
-    `trained` tells whether the table has a column for the numbers by our recipe.
-    """
+
+def our_text(value: Any, unit: str = "") -> str:
+    """Our number with three digits."""
+    return value_text(float(f"{value:.3g}") if isinstance(value, float) else value, unit)
+
+
+def row(finding: Finding, columns: int) -> list[str]:
+    """One row of a table with one or two columns of our numbers; what is not counted has no verdict."""
     claim, unit = finding.claim, finding.claim.get("unit", "")
-    ours = [finding.ours]
-    if trained:
-        ours += [finding.by_ours]
-        if not ({"by_ours", "ranking"} & claim.keys()) and "by_paper_recipe" not in claim.get("over", ""):
-            ours.reverse()
-    values = [claim.get("value"), *ours]
-    rounded = [float(f"{value:.3g}") if isinstance(value, float) else value for value in values]
+    ours = [our_text(finding.ours, unit), our_text(finding.beside, unit)][:columns]
+    if "hardware" in claim:
+        ours.reverse()
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
-    cells = [claim["says"], claim["place"], *(value_text(value, unit) for value in rounded), ratio]
-    if not claim.get("beyond"):
-        sizes, ranked = paper_values("structure")["sizes"], contenders(claim)[1].values() if "ranking" in claim else ()
-        how = [sizes.get(name.split("-")[0], {}).get("how") for names in ranked for name in names]
-        mark = " ‡" if "guessed" in how else ""  # the paper does not tell the sizes of one of the architectures
-        cells += [tolerance_text(claim), f"**{finding.verdict}**{mark}"]
+    cells = [claim["says"], claim["place"], paper_text(claim), *ours, ratio]
+    if finding.counted:
+        cells += [tolerance_text(claim), verdict_text(finding)]
     return [*cells, finding.why]
+
+
+def verdict_text(finding: Finding) -> str:
+    """The verdict, with ‡ if the paper states no size of a model concerned, and † if a removed program trained one."""
+    sizes, models = paper_values("structure")["sizes"], claims.models_of(finding.claim)
+    guessed = any(sizes.get(name.split("-")[0], {}).get("how") == "guessed" for name in models)
+    marks = "‡" * (guessed and "ranking" in finding.claim) + "†" * finding.by_removed
+    return f"**{finding.verdict}** {marks}".rstrip()
 
 
 def section(group: str, findings: list[Finding]) -> str:
     """A heading and its table; what all rows have in common, reason or tolerance, is said once above it."""
-    trained = any("by_ours" in finding.claim or "ranking" in finding.claim for finding in findings)
-    header = ["what", "place", "paper", "here", "ratio", "tolerance", "verdict", "why"]
-    header[3:4] = ["by its recipe", "by ours"] if trained else ["here"]
-    if findings[0].claim.get("beyond"):
-        header = ["what", "beside", "paper", "here", "ratio", "why"]
-    rows, notes = [row(finding, trained) for finding in findings], []
+    of_hardware = "hardware" in findings[0].claim
+    trained = any({"by_ours", "ranking"} & finding.claim.keys() for finding in findings)
+    ours = (
+        ["the paper's method here", "here"] if of_hardware else ["by its recipe", "by `swift`"] if trained else ["here"]
+    )
+    counted = ["tolerance", "verdict"] if findings[0].counted else []
+    place = "place" if findings[0].counted or of_hardware else "beside"
+    header = ["what", place, "paper", *ours, "ratio", *counted, "why"]
+    rows, notes = [row(finding, len(ours)) for finding in findings], []
     waiting = {finding.why for finding in findings if finding.verdict == claims.NOT_YET}
     for name, template in (("why", "{}"), ("tolerance", "Tolerance: {}.")):
         cells = {line[header.index(name)] for line in rows} if name in header else ()
@@ -86,22 +124,106 @@ def section(group: str, findings: list[Finding]) -> str:
             notes.append(template.format(*cells))
             index = header.index(name)
             header, rows = (header[:index] + header[index + 1 :], [line[:index] + line[index + 1 :] for line in rows])
-    table = markdown_table(header, rows, "llrrrr" if trained else "llrrr")
-    return "\n\n".join([f"## {group}", *([" ".join(notes)] if notes else []), table])
+    table = markdown_table(header, rows, "llr" + "r" * (len(ours) + 1))
+    return "\n\n".join([f"### {group}", *([" ".join(notes)] if notes else []), table])
 
 
-def overview(findings: list[Finding]) -> str:
-    """Number of findings with each verdict, and what is not counted."""
-    counts = Counter(finding.verdict for finding in findings if finding.counted)
-    rows = [[name, str(counts[name])] for name in claims.VERDICTS if counts[name]]
-    ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
-    count = sum(len(group["parts"]) for group in claims.settings())
-    uncounted = (
-        f"Not counted: {count} settings of the paper, and {ours} numbers that the paper does not state. They have "
-        "sections of their own."
+def first_page(findings: dict[str, Finding], results: Results) -> str:
+    """The page that answers: claims of abstract and conclusions, other numbers that differ, questions."""
+    rows, answered = [], set()
+    for claim in page_claims():
+        finding = findings.get(claim.get("finding", ""))
+        verdict, shown = (finding.verdict, verdict_text(finding)) if finding else (claim["verdict"], claim["verdict"])
+        paper, here = claim.get("paper"), claim.get("here")
+        if finding is not None:
+            unit = finding.claim.get("unit", "")
+            paper, here = paper or paper_text(finding.claim), here or our_text(finding.ours, unit)
+            answered.add(finding.claim["says"])
+        why = claim["why"] if isinstance(claim["why"], str) else claim["why"][verdict]
+        rows.append([claim["says"], *(filled(text, results) for text in (paper, here)), shown, filled(why, results)])
+    differing = [
+        f for says, f in findings.items() if f.counted and f.verdict == claims.DIFFERS and says not in answered
+    ]
+    others = [
+        f"- {f.claim['says']}: {paper_text(f.claim)}, here {our_text(f.ours, f.claim.get('unit', ''))}"
+        for f in differing
+    ]
+    removed = results.at("recipe_seeds:removed")
+    notice = (
+        f"A program that is no longer here trained {removed} of 18 models, wholly or in part (†). " if removed else ""
     )
-    table = markdown_table(["verdict", "numbers"], rows, "lr")
-    return f"{sum(counts.values())} numbers:\n\n{table}\n\n{uncounted}"
+    table = markdown_table(["claim", "paper", "here", "verdict", "why"], rows)
+    text = filled((HERE / "page.md").read_text(encoding="utf-8"), results)
+    parts = {"{removed}": notice, "{claims}": table, "{differing}": "\n".join(others)}
+    for place, part in parts.items():
+        text = text.replace(place, part)
+    return text.rstrip()
+
+
+def readme_table() -> str:
+    """The first page's table for the README, with the commands that show its numbers; read from REPRODUCTION.md."""
+    lines = (HERE.parents[1] / OUT).read_text(encoding="utf-8").partition(FIRST_PAGE)[0].splitlines()
+    rows = {name: cells for name, *cells in (line.strip("| ").split(" | ") for line in lines) if cells}
+    shown = [[claim["says"], *rows[claim["says"]][:3], f"`{claim['command']}`"] for claim in page_claims()]
+    return markdown_table(["claim", "paper", "here", "verdict", "command"], shown)
+
+
+def verdicts_of(findings: list[Finding]) -> str:
+    """How many of the findings have each verdict, in words."""
+    counts = Counter(finding.verdict for finding in findings if finding.counted)
+    return ", ".join(f"{counts[name]} {name}" for name in claims.VERDICTS if counts[name])
+
+
+def map_section(findings: list[Finding]) -> str:
+    """Every figure, table and numbered equation of the paper with its target or file, and its verdict."""
+    parts = [FIRST_PAGE]
+    for kind, heading in (("shown", "Figures and tables"), ("equation", "Numbered equations")):
+        rows = []
+        for entry in paper_values("map")[kind]:
+            concerned = [
+                f
+                for f in findings
+                if f.claim["group"] in entry.get("groups", ()) or f.claim["says"] in entry.get("says", ())
+            ]
+            verdict = verdicts_of(concerned) or entry["verdict"]
+            where = f"`make {entry['target']}`" if "target" in entry else ""
+            files = ", ".join(f"`{file}`" for file in entry["files"])
+            rows.append([entry["paper"], entry["what"], *([where] if kind == "shown" else []), files, verdict])
+        header = ["in the paper", "what", *(["target"] if kind == "shown" else []), "file", "verdict"]
+        parts += [f"### {heading}", markdown_table(header, rows)]
+    return "\n\n".join(parts)
+
+
+def open_section(results: Results) -> str:
+    """What the paper does not say, what was chosen here, and what the choice changes."""
+    entries = paper_values("left_open")["choice"]
+    rows = [[entry["unsaid"], entry["ours"], filled(entry["changes"], results), entry["shown_by"]] for entry in entries]
+    table = markdown_table(["the paper does not say", "chosen here", "what it changes", "measured by"], rows)
+    return f"## What the paper leaves open\n\n{table}"
+
+
+def trainings_section(results: Results) -> str:
+    """Who trained each model by the paper's recipe: backend, device, hours, command."""
+    rows = [
+        [
+            f"{training['label']}{' †' if training['removed'] else ''}",
+            *(str(training[key]) for key in ("seed", "backend", "device")),
+            "-" if training["hours"] is None else number(training["hours"], 2),
+            str(training["epochs"]),
+            number(training["mse"]),
+            f"`{training['command']}`",
+        ]
+        for training in {row["label"]: row for row in results.at("recipe_seeds:trainings") or ()}.values()
+    ]
+    note = (
+        "Hours of one core on a processor, of the whole training on a GPU. † A program that is no longer part of the "
+        "repository trained it, wholly or in part (`git log -- unfinished/gpu` finds it in a whole clone). `make "
+        "paper-recipe-seeds FOLDERS=...` adds more seeds."
+    )
+    table = markdown_table(
+        ["training", "seed", "backend", "device", "hours", "epochs", "held-out MSE", "command"], rows, "lrllrrrl"
+    )
+    return f"## Trainings by the paper's recipe\n\n{note}\n\n{table}"
 
 
 def settings_section(results: Results) -> str:
@@ -120,7 +242,7 @@ def settings_section(results: Results) -> str:
             summary = f"the same, but for {summary}" if different else "the same"
         rows.append([group["what"], group["place"], theirs, summary, group.get("why", "-")])
     table = markdown_table(["settings", "place", "paper", "here", "why"], rows)
-    return f"## Settings of the paper that we follow\n\n{table}"
+    return f"### Settings of the paper that we follow\n\n{table}"
 
 
 def slips_section(results: Results) -> str:
@@ -138,31 +260,42 @@ def slips_section(results: Results) -> str:
 
 
 def report(results: Results) -> str:
-    """The whole report as Markdown."""
-    findings = [claims.judge(claim, results) for claim in (*claims.text_claims(), *claims.table_claims())]
-    groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
-    # Numbers that are not in the paper come last.
-    groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
+    """The whole report as Markdown: the first page, the map, and the appendix of all numbers."""
+    judged = [claims.judge(claim, results) for claim in (*claims.text_claims(), *claims.table_claims())]
+    groups: dict[str, list[Finding]] = {}
+    for finding in judged:
+        groups.setdefault(finding.claim["group"], []).append(finding)
+    counted, uncounted = (
+        [group for group, rows in groups.items() if rows[0].counted == is_counted] for is_counted in (True, False)
+    )
     tolerances = [
         f"{100.0 * rule['tolerance']:g} % of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
         for name, rule in paper_values("claims")["rules"].items()
     ]
-    parts = [
-        INTRODUCTION.read_text(encoding="utf-8").rstrip(),
+    appendix = [
+        filled((HERE / "rules.md").read_text(encoding="utf-8").rstrip(), results),
         f"Tolerances unless a row has its own: {', '.join(tolerances)}.",
-        overview(findings),
+        f"{sum(finding.counted for finding in judged)} numbers: {verdicts_of(judged)}.",
     ]
     missing = models_style.missing_note((results.content("model_comparison") or {}).get("missing", []))
     if missing:
-        parts.append(f"Models {missing}.")
-    parts += (results.content("model_comparison") or {}).get("outdated", {}).values()
+        appendix.append(f"Models {missing}.")
+    appendix += (results.content("model_comparison") or {}).get("outdated", {}).values()
     if forces := models_style.forces_note(results.content("model_forces")):
-        parts.append(f"{forces} `make model-forces` compares them.")
-    host = results.at("canonical_regimes:times/host")
-    if host:
-        parts.append(f"Timings: {host}.")
-    parts += [section(group, [f for f in findings if f.claim["group"] == group]) for group in groups]
-    return "\n\n".join([*parts, settings_section(results), slips_section(results)]) + "\n"
+        appendix.append(f"{forces} `make model-forces` compares them.")
+    if host := results.at("canonical_regimes:times/host"):
+        appendix.append(f"Timings: {host}; those of the paper's method: {results.at('paper_method_times:host')}.")
+    parts = [
+        first_page({finding.claim["says"]: finding for finding in judged}, results),
+        map_section(judged),
+        open_section(results),
+        trainings_section(results),
+        slips_section(results),
+        *appendix,
+        *(section(group, groups[group]) for group in (*counted, *uncounted)),
+        settings_section(results),
+    ]
+    return "\n\n".join(parts) + "\n"
 
 
 def main(

@@ -59,6 +59,22 @@ def trained_by_paper_recipe(comparison: Any) -> dict[str, Any]:
     return {name: comparison["beside"][PAPER_TRAINED[name]] for name in comparison["by_paper_recipe"]["trained"]}
 
 
+def leading(comparison: Any) -> tuple[str, dict[str, Any]]:
+    """The recipe that figures lead with, and its models: the paper's, or `swift` where none is trained by it."""
+    trained = trained_by_paper_recipe(comparison)
+    return ("paper", trained) if trained else ("swift", comparison["models"])
+
+
+def recipes(study: Any) -> dict[str, Any]:
+    """Parts of a study by the recipe of the training, the paper's first: the one that figures lead with."""
+    return {name: study[name] for name in ("paper", "swift") if study.get(name)}
+
+
+def label(name: str, recipe: str) -> str:
+    """A model and the recipe of its training, for a legend."""
+    return f"{name}, {'paper’s recipe' if recipe == 'paper' else 'swift'}"
+
+
 def seeds_of(ranking: Any, name: str) -> int:
     """Number of published seeds of a model."""
     return len(ranking["models"].get(name, ())) if ranking else 0
@@ -88,13 +104,11 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     return True
 
 
-def draw_curve(
-    axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str, line: str = OURS
-) -> None:
+def draw_curve(axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str) -> None:
     """Draw the validation error over the epochs of one training, with its least value marked."""
     epochs, errors = history["epoch"], history["validation_mse"]
     least = min(range(len(epochs)), key=errors.__getitem__)
-    axes.plot(epochs, errors, line, color=look["color"], linewidth=1.0, label=label)
+    axes.plot(epochs, errors, color=look["color"], linewidth=1.0, label=label)
     axes.plot(epochs[least], errors[least], **{"linestyle": "", **look})
 
 
@@ -122,9 +136,13 @@ def write_states(drawn: Figure, comparison: Any, ranking: Any, models: Sequence[
         ranking: The result `ranking`, or `None`.
         models: The models that the figure is about, drawn or not.
     """
-    missing = [name for name in comparison["missing"] if name in models]
-    otherwise = {name: reasons for name, reasons in comparison["differences"].items() if name in models}
-    seeds = spread_line(ranking, [name for name in comparison["models"] if name in models])
+    recipe, trained = leading(comparison)
+    missing = [name for name in models if name not in trained] if recipe == "paper" else comparison["missing"]
+    missing, otherwise, seeds = [name for name in missing if name in models], {}, ""
+    if recipe == "swift" or ranking:
+        otherwise = {name: reasons for name, reasons in comparison["differences"].items() if name in models}
+        missing = [name for name in missing if name not in otherwise]
+        seeds = spread_line(ranking, [name for name in comparison["models"] if name in models])
     if text := "\n".join(filter(None, [missing_note(missing, otherwise), seeds])):
         drawn.supxlabel(text, fontsize=6.5, color="0.4")
 
@@ -142,10 +160,10 @@ def conditioning_handles() -> list[Line2D]:
     ]
 
 
-def recipe_handle(curves: bool = False) -> Line2D:
-    """Legend entry of the models trained by the paper's recipe, whose curves are solid."""
+def recipe_handle() -> Line2D:
+    """Legend entry of the models trained by the paper's recipe, among those by `swift`."""
     look = {"marker": "o", "color": "0.6", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8}
-    return Line2D([], [], linestyle="", markersize=5.0, label=f"black edge{', solid' * curves}: paper's recipe", **look)
+    return Line2D([], [], linestyle="", markersize=5.0, label="black edge: paper’s recipe", **look)
 
 
 def paper_marker(name: str) -> dict[str, Any]:
@@ -158,7 +176,7 @@ def handles() -> list[Line2D]:
     """Legend entries of families, conditionings and the paper's own point."""
     paper = drawing.paper_values("reference_model")["name"]
     theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
-    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle()]
+    return [*family_handles(), *conditioning_handles(), theirs]
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:

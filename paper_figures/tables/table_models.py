@@ -26,7 +26,8 @@ COLUMNS: dict[str, Callable[[str, dict[str, Any]], str]] = {
     "Recipe": lambda _, model: model["recipe"]["name"],
     "Trajectories": lambda _, model: f"{model['training_trajectories']:,}",
     "Epochs": lambda _, model: str(model["epochs"]),
-    "Core seconds": lambda _, model: "on a GPU" if model["core_seconds"] is None else f"{model['core_seconds']:.0f}",
+    "Trained by": lambda _, model: f"{model['backend']}, {model['device']}" + " †" * bool(model["removed"]),
+    "Core seconds": lambda _, model: "-" if model["core_seconds"] is None else f"{model['core_seconds']:.0f}",
 }
 """Column heads, and functions that write the cell of a model from the name under which it is published."""
 
@@ -55,7 +56,7 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     paper = drawing.paper_values("reference_model")
     errors = [number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")]
     errors += [number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS]
-    cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 5]]
+    cells = [[f"{paper['name']}, paper", f"{paper['parameters']:,}", "-", *errors, *["-"] * 6]]
     models = {name: model_comparison["models"][name] for name in model_comparison["comparison"]["ranking"]}
     for name in sorted(models, key=lambda name: by_recipe.get(name, models[name])["mse"]):
         both = {PAPER_TRAINED[name]: by_recipe.get(name), name: models[name]}

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from paper_figures.style import models_style
 from paper_figures.style.writing import Table, caption, number
 from paper_figures.tables.table_protocols_dataset import QUANTITIES
 
@@ -15,14 +16,21 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Keras call (s)": lambda regime: number(regime["seconds"]["keras_call"], 2),
     "predictor (s)": lambda regime: number(regime["seconds"]["predictor"], 2),
     "predictor in a batch (s)": lambda regime: number(regime["seconds"]["predictor_batch"], 2),
-    "pull-off error (%)": lambda regime: number(regime["errors_percent"]["pull_off_force"], 2),
-    "hysteresis error (%)": lambda regime: number(regime["errors_percent"]["hysteresis"], 2),
 }
+ERRORS = {"pull_off_force": "pull-off error", "hysteresis": "hysteresis error"}
 """Column heads, and functions that write the cell of one protocol."""
 
 
 def compose(canonical_regimes: Any) -> Table:
     """Write the table."""
     note = caption("protocols-canonical", config=canonical_regimes["config"], times=canonical_regimes["times"])
-    rows = [[cell(regime) for cell in COLUMNS.values()] for regime in canonical_regimes["regimes"]]
-    return Table(list(COLUMNS), rows, note)
+    regimes = canonical_regimes["regimes"]
+    shown = [(recipe, error) for recipe in models_style.recipes(regimes[0]["predicted"]) for error in ERRORS]
+    rows = [
+        [cell(regime) for cell in COLUMNS.values()]
+        + [number(regime["predicted"][recipe]["errors_percent"][error], 2) for recipe, error in shown]
+        for regime in regimes
+    ]
+    words = {"paper": "paper's recipe", "swift": "swift"}
+    heads = [f"{ERRORS[error]}, {words[recipe]} (%)" for recipe, error in shown]
+    return Table([*COLUMNS, *heads], rows, note)

@@ -45,7 +45,9 @@ def closed():
 @pytest.fixture
 def regimes():
     def regime(sample):
-        steps = {"time": [0.0, 1.0], "indentation": [0.0, float(sample)], "predicted": [0.5, -1.0 * sample]}
+        steps = {"time": [0.0, 1.0], "indentation": [0.0, float(sample)]}
+        errors = {"pull_off_force": 1.5, "hysteresis": 0.5}
+        forces = {"paper": [0.5, -1.0 * sample], "swift": [0.4, -2.0 * sample]}
         return {
             "sample": sample,
             "protocol": {
@@ -57,7 +59,7 @@ def regimes():
             },
             "native": {"time": [0.0, 1.0], "indentation": [0.0, float(sample)], "force": [0.6, -1.1 * sample]},
             "steps": steps,
-            "errors_percent": {"pull_off_force": 1.5, "hysteresis": 0.5},
+            "predicted": {name: {"force": force, "errors_percent": errors} for name, force in forces.items()},
             "seconds": {"solver": 0.01, "keras_call": 0.1, "predictor": 0.006, "predictor_batch": 0.0008},
             "paper_seconds": {"solver": 658.0, "surrogate": 0.12},
         }
@@ -71,9 +73,7 @@ def regimes():
 def errors():
     values = np.geomspace(0.1, 10.0, 8)
     moments = {"mean": 2.0, "sd": 1.0, "median": 1.5, "p90": 6.0}
-    return {
-        "config": {"model": "M1-concat"},
-        "by_paper_recipe": None,
+    statistics = {
         "trajectories": 8,
         "quartiles": {
             name: {column: {"mean": 2e-3, "sd": 1e-3} for column in ("mse", *PERCENTS)}
@@ -83,16 +83,30 @@ def errors():
         "spearman": {"pull_off_and_hysteresis": 0.25, "pull_off_and_nmae": 0.5},
         "per_trajectory": {**{name: values.tolist() for name in PERCENTS}, "quartile": [0, 0, 1, 1, 2, 2, 3, 3]},
     }
+    ours = {name: column | {"median": 3.0} for name, column in statistics["overall"].items()}
+    return {"config": {"model": "M1-concat"}, "paper": statistics, "swift": statistics | {"overall": ours}}
 
 
 @pytest.fixture
 def cracks():
-    point = {"unloading_rate": 1.0, "theory": 2.0, "theory_at_own_velocity": 2.1, "solver": 2.2, "surrogate": 2.3}
+    point = {
+        "unloading_rate": 1.0,
+        "theory": 2.0,
+        "theory_at_own_velocity": 2.1,
+        "solver": 2.2,
+        "paper": 2.3,
+        "swift": 2.4,
+    }
     point["protocol"] = {"tabor": 3.24, "peak_indentation": 80.0, "loading_rate": 1.3895, "dwell_time": 3.0}
     points = [{**point, "point": k, "crack_velocity": 1.0 * k, "own_crack_velocity": 1.1 * k} for k in range(1, 15)]
     summary = {
         f"{name}_{statistic}_percent": percent
-        for name in ("solver_against_theory", "solver_against_theory_at_own_velocity", "surrogate_against_theory")
+        for name in (
+            "solver_against_theory",
+            "solver_against_theory_at_own_velocity",
+            "paper_against_theory",
+            "swift_against_theory",
+        )
         for statistic, percent in (("median", 1.0), ("largest", 3.0))
     }
     summary |= {"extrapolation_percent": 1.25, "trained_up_to_tabor": 3.2}

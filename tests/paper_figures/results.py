@@ -23,6 +23,10 @@ def comparison(trained, by_recipe=()):
             "training_trajectories": 9960,
             "epochs": 3,
             "core_seconds": 1800.0,
+            "backend": "tensorflow",
+            "device": "processor",
+            "removed": None,
+            "validation_mse": 0.2,
             "history": HISTORY,
         }
         for rank, name in enumerate(trained)

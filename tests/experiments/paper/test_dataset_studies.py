@@ -5,11 +5,7 @@ from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.records import COMPLETED, FAILED
 from bem.methods.closed_forms import dmt
 from bem.problem.protocol import default_start_indentation
-from experiments.common import write_result
 from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
-from paper_figures.report.claims import Results, judge, text_claims
-from paper_figures.report.write import row
-from tests.processes import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +40,10 @@ def test_dataset_statistics_and_percentiles(dataset, data):
     assert study["run_over_solver"] == pytest.approx(core_seconds / (60 * 1e-3))
     assert study["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
     assert study["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / core_seconds)
+    assert study["cost_grows"]["with tabor"] == 0.0
+    unloading = data.protocols["unloading_rate"]
+    growing = dataset_statistics.statistics(changed(data, solver_seconds=1.0 / unloading))["cost_grows"]
+    assert growing["with slow unloading"] == pytest.approx(1.0)
     percentiles = dataset_statistics.percentiles(np.arange(101.0))
     assert percentiles == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
@@ -71,18 +71,6 @@ def test_uncompressed_has_no_force_ratio(data):
     assert after == before + 7
     expected = data.scalars["pull_off_force"][7:] / -compression[7:]
     np.testing.assert_array_equal(dataset_statistics.force_ratio(uncompressed), expected[compression[7:] < 0.0])
-
-
-def test_report_is_of_published_data_set(tmp_path):
-    study = dataset_statistics.study(ROOT / "published" / "dataset.h5")
-    write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", study)
-    results = Results(tmp_path, ROOT / "published")
-    claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset_statistics:")]
-    claims = [claim for claim in claims if claim["group"] != "Training"]
-    assert len(claims) > 5
-    report = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
-    lines = [f"| {' | '.join(row(judge(claim, results), trained=False))} |" for claim in claims]
-    assert set(lines) <= set(report), "run `make report`"
 
 
 def test_example_of_the_real_solver():

@@ -49,13 +49,25 @@ def write_errors(folder, rows):
 def test_errors_are_read_from_a_model_folder(ended_by, median, tmp_path, dataset):
     write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
     study = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
-    assert (study["trajectories"], study["by_paper_recipe"]) == (8, None)
+    assert (study["swift"]["trajectories"], study["paper"]) == (8, None)
     settings = {"split": SPLIT | {"test": list(range(8, 16))}, "ended_by": ended_by}
     write_errors(write_model(tmp_path / "M1-concat-paper", 1.0, **settings), range(8, 16))
     again = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
-    theirs = again.pop("by_paper_recipe")
+    theirs = again["paper"]
     assert (theirs and theirs["overall"]["mse"]["median"]) == (median and pytest.approx(median))
-    assert again["overall"]["mse"]["median"] == pytest.approx(0.45)
+    assert again["swift"]["overall"]["mse"]["median"] == pytest.approx(0.45)
+    with pytest.raises(FileNotFoundError, match="make model-paper-recipe"):
+        error_statistics.study({"model": "M2-concat"}, tmp_path, dataset)
+
+
+def test_errors_that_grow_with_the_mse():
+    errors = {name: np.arange(1.0, 21.0) for name in COLUMNS} | {"hysteresis_percent": np.arange(20.0, 0.0, -1.0)}
+    errors["mse"] = np.where(np.arange(20) < 18, 1.0, 41.0)
+    statistics = error_statistics.statistics(errors)
+    assert statistics["squared_error_of_worst_tenth_percent"] == 82.0
+    grows = statistics["grows_with_quartile"]
+    assert (grows["pull_off_force_percent"], grows["hysteresis_percent"]) == (True, False)
+    assert not statistics["waveform_orders_more"]  # equally
 
 
 def test_errors_of_other_test_parts_refused(tmp_path, dataset):
@@ -66,7 +78,7 @@ def test_errors_of_other_test_parts_refused(tmp_path, dataset):
     with pytest.raises(ValueError, match="must have been trained on"):
         error_statistics.held_out_errors(tmp_path / "data", dataset)
     with pytest.raises(ValueError, match="must have been trained on"):
-        fms_transfer.held_out(tmp_path, dataset, {"model": "data", "trajectories": 0})
+        fms_transfer.held_out(tmp_path / "data", dataset, {"trajectories": 0})
 
 
 def test_the_best_number_of_steps_errs_least(monkeypatch):
@@ -77,8 +89,10 @@ def test_the_best_number_of_steps_errs_least(monkeypatch):
     monkeypatch.setattr(fms_transfer, "errors_on_grid", lambda total, *_: errors[total])
     sample = {"predictions": {"100": {"mse": 1.0}, "120": {"mse": 2.0}}}
     monkeypatch.setattr(fms_transfer, "sample_transfer", lambda *_: sample)
-    summary = fms_transfer.study({"model": "M1-concat", "steps": [100, 120], "sample": 8}, None, None)["summary"]
-    assert summary == {"best_for_the_sample": "100", "best_for_the_test_set": "120"}
+    monkeypatch.setattr(fms_transfer, "by_recipe", lambda *_: {"paper": "M1-concat-paper", "swift": "M1-concat"})
+    study = fms_transfer.study({"model": "M1-concat", "steps": [100, 120], "sample": 8}, Path("models"), None)
+    best = {"best_for_the_sample": "100", "best_for_the_test_set": "120"}
+    assert [study[recipe]["summary"] for recipe in ("paper", "swift")] == [best, best]
 
 
 def test_what_is_missing_names_the_command(tmp_path, dataset):
@@ -94,26 +108,8 @@ def test_missing_models_leave_ranking_open(tmp_path, dataset):
     study = model_comparison.study(tmp_path, dataset)
     assert len(study["missing"]) == 16
     assert study["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
-    assert study["comparison"]["best"] is None
-    assert study["comparison"]["best_conditioning"]["M1"] is None
     assert study["models"]["M1-concat"]["core_seconds"] == 120.0
     assert study["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
-
-
-@pytest.mark.parametrize(
-    ("errors", "best", "second", "conditioning"),
-    [
-        ({name: 18.0 - rank for rank, name in enumerate(paper_names())}, "M6-gated", "M6", "gated"),
-        # The second family is the best of the others, even if the first is not the reference's.
-        ({name: {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0) for name in paper_names()}, "M4-concat", "M4", "concat"),
-    ],
-)
-def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, dataset):
-    for name, mse in errors.items():
-        write_model(tmp_path / name, mse + 0.01 * (not name.endswith(conditioning)))
-    comparison = model_comparison.study(tmp_path, dataset)["comparison"]
-    assert (comparison["best"], comparison["second_family"]) == (best, second)
-    assert set(comparison["best_conditioning"].values()) == {conditioning}
 
 
 def test_models_trained_alike_are_compared(tmp_path, dataset):
@@ -153,22 +149,19 @@ def test_paper_recipe_summary_waits_for_all():
     beside |= {
         f"M1-concat-inputs-{name}-paper": one(mse, 1.0) for name, mse in zip("ABC", (9e-4, 3e-4, 2e-4), strict=True)
     }
-    hours = {name: float(training["epochs"]) for name, training in beside.items()}
-    paper = model_comparison.by_paper_recipe(beside, hours)
-    assert (paper["longest_training"], paper["longest_training_hours"], paper["most_epochs"]) == ("M6-gated", 18.0, 18)
+    paper = model_comparison.by_paper_recipe(beside)
+    assert paper["most_epochs"] == 18
     assert paper["mse"]["features-D"] == paper["mse"]["M1-concat"] == 1e-4
     assert paper["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
+    assert paper["a_over_d"] == pytest.approx(9.0)
     assert paper["all_improve_over_a"] is True
-
-    on_a_gpu = hours | {"M2-FiLM-paper": None}
-    assert model_comparison.by_paper_recipe(beside, on_a_gpu)["longest_training"] is None
 
     beside["M6-gated-paper"]["ended_by"] = "--epochs"  # cut short, so that it is none
     beside["M1-concat-inputs-B-paper"] = one(1e-3, 1.0)
-    paper = model_comparison.by_paper_recipe(beside, hours)
-    assert (paper["longest_training"], paper["most_epochs"], paper["all_improve_over_a"]) == (None, None, False)
+    paper = model_comparison.by_paper_recipe(beside)
+    assert (paper["most_epochs"], paper["all_improve_over_a"]) == (None, False)
     del beside["M1-concat-inputs-B-paper"]
-    paper = model_comparison.by_paper_recipe(beside, hours)
+    paper = model_comparison.by_paper_recipe(beside)
     assert len(paper["trained"]) == 17
     assert paper["all_improve_over_a"] is None
 
@@ -180,7 +173,7 @@ def test_own_family_stands_beside_the_18(tmp_path, dataset, monkeypatch):
     study = model_comparison.study(tmp_path, dataset)
     assert list(study["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
     assert (len(study["models"]), study["expected"], study["missing"]) == (18, 18, [])
-    assert study["comparison"]["best"] != "M7-concat"
+    assert "M7-concat" not in study["comparison"]["ranking"]
 
 
 def test_variants_are_those_of_the_paper():

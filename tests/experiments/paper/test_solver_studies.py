@@ -71,9 +71,17 @@ def test_regimes_do_not_depend_on_clocks(monkeypatch):
 
 
 def test_published_seconds_and_their_medians(tmp_path):
-    regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}} for seconds in (0.1, 1.0, 100.0)]
+    regimes = [
+        {
+            "seconds": {"solver": seconds, "keras_call": 10.0, "predictor": 0.1},
+            "predicted": {"paper": {"errors_percent": {"pull_off_force": 6.0 * seconds}}},
+        }
+        for seconds in (0.1, 1.0, 100.0)
+    ]
     summary = canonical_regimes.summary(regimes)
-    assert (summary["median_solver_seconds"], summary["orders_of_magnitude"]) == pytest.approx((1, 1))
+    assert (summary["median_solver_seconds"], summary["orders_of_magnitude_by_predictor"]) == pytest.approx((1, 1))
+    assert (summary["orders_of_magnitude"], summary["solver_faster_than_call"]) == pytest.approx((-1, 10))
+    assert summary["agreement"] == {"paper": {"close": 1, "largest_percent": 600.0}}
     with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
         read_result(tmp_path / "measurements" / "canonical_times.json")
     times = read_result(TIMES)
@@ -101,6 +109,10 @@ def test_length_scale_and_deviations():
     summary = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
     assert summary["solver_against_theory_median_percent"] == pytest.approx(10.0)
     assert summary["solver_against_theory_largest_percent"] == pytest.approx(300.0)
+    rows = [dict.fromkeys(POINT, 1.0) | {"paper": 1.5 if index == 2 else 1.0} for index in range(14)]
+    summary = persson_brener.summary(rows)
+    assert summary["paper_against_theory_largest_percent"] == pytest.approx(50.0)
+    assert not summary["paper_against_theory_largest_when_fast"]
 
 
 @pytest.mark.parametrize(("trained_up_to", "beyond"), [(3.2, 1.25), (4.0, 0.0)])
@@ -108,11 +120,12 @@ def test_extrapolation_in_tabor_is_stated(trained_up_to, beyond, monkeypatch):
     trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, trained_up_to)}))
     monkeypatch.setattr(common, "load_surrogate", lambda *_: trained)
     monkeypatch.setattr(persson_brener, "point", lambda *_: dict.fromkeys(POINT, 1.0))
+    monkeypatch.setattr(persson_brener, "by_recipe", lambda *_: {"paper": "any"})
     summary = persson_brener.study({"model": "any", "modulus_ratio": 0.1}, None)["summary"]
     assert summary["extrapolation_percent"] == pytest.approx(beyond)
 
 
-POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "surrogate")
+POINT = ("crack_velocity", "solver", "theory", "theory_at_own_velocity", "paper")
 
 
 def test_solver_follows_crack_theory():
@@ -137,6 +150,11 @@ def test_solver_follows_crack_theory():
         ("concatenation-superiority", "of these with concatenation best", 2),
         ("percent-mse", "highlights, as a bare number", 5e-4),
         ("longest-pull-off-time", "duration of the slowest loading", 1068.6),
+        ("mean-time", "mean (s)", 138.2),
+        ("modulus", "1 / (1 - nu^2) of an incompressible solid", 4 / 3),
+        ("two-betas", "as a number", 0.97428),
+        ("influence-diagonal", "G r at distance 0.01 from a node", 4.2738),
+        ("four-groups", "remainder of 1,245 by four", 1),
     ],
 )
 def test_slips_come_to(name, quantity, value):

@@ -12,8 +12,8 @@ def test_figure_6_and_graphical_abstract(regimes, errors):
     _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
-    assert list(markers) == ["(4)", "(5)", "(6)"]
-    assert markers["(5)"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
+    assert list(markers) == [f"({sample}), pull-off error 1.5 %" for sample in (4, 5, 6)]
+    assert markers["(5), pull-off error 1.5 %"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
     assert {line.get_marker() for line in markers.values()} == {"^"}
     assert len({line.get_color() for line in markers.values()}) == 3
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
@@ -21,25 +21,25 @@ def test_figure_6_and_graphical_abstract(regimes, errors):
     _, model, force = graphical_abstract.compose(regimes, errors).axes
     text = " ".join(text.get_text() for text in model.texts)
     assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
-    assert "6 ms a prediction, solver 10 ms" in text
-    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
+    assert "Keras call 100 ms, solver 10 ms" in text
+    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat, paper’s recipe"]
     assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
     assert predicted.get_color() == models_style.color("M1-concat")
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 
 def test_figure_7_counts_trajectories_once(errors):
-    drawn = figure_7.compose(errors)
+    drawn = figure_7.compose(errors | {"swift": None})
     for axes in drawn.axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
         assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
         drawn.draw_without_rendering()
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
-    ours = errors | {"overall": {name: column | {"median": 3.0} for name, column in errors["overall"].items()}}
-    for axes in figure_7.compose(ours | {"by_paper_recipe": errors}).axes[:2]:
+    for axes in figure_7.compose(errors).axes[:2]:
         labels = [text.get_text() for text in axes.get_legend().get_texts()]
-        assert labels == ["our recipe, median 3 %", "median 1.5 %", "90th percentile 6 %"]
+        assert labels == ["swift, median 3 %", "median 1.5 %", "90th percentile 6 %"]
+    assert "M1-concat, swift" in figure_7.compose(errors | {"paper": None}).legends[0].get_title().get_text()
     points = drawn.axes[2].lines
     assert sum(len(line.get_xdata()) for line in points) == 8
     legend = drawn.legends[0]
@@ -53,7 +53,7 @@ def test_figure_fms_transfer_and_its_numbers():
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
     config = {"model": "M1-concat"}
-    study = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
+    study = {"config": config, "paper": {"sample": sample, "test_set": {"trajectories": 3, "errors": errors}}}
     first, second = figure_fms_transfer.compose(study).axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
     assert {line.get_marker() for line in first.lines[2:]} == {"^"}

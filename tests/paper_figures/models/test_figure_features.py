@@ -3,7 +3,7 @@
 import pytest
 
 from paper_figures.models import figure_features
-from tests.paper_figures.results import HISTORY, efficiency
+from tests.paper_figures.results import HISTORY, comparison, efficiency
 
 
 def errors(factor):
@@ -26,16 +26,18 @@ CONTENT = {
 
 
 def test_figure_compares_kinds_of_steps():
-    curves, _, pull_off, hysteresis = figure_features.compose(CONTENT, efficiency())["figure-features"].axes
+    study = comparison(["M1-concat"], by_recipe=["M1-concat"])
+    drawn = figure_features.compose(CONTENT, efficiency(), study)["figure-features"]
+    theirs, _, curves, pull_off = drawn.axes
+    assert [line.get_label() for line in theirs.lines[::2]] == ["D: B + edge (2.0e-01)"]
     # Curves at physical steps have errors of other forces.
     assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
-    for axes in (pull_off, hysteresis):
-        assert [tick.get_text() for tick in axes.get_xticklabels()] == ["solver's\nforces", "D", "E", "F"]
-        marks = [line for line in axes.lines if line.get_marker() != "None"]
-        assert [line.get_ydata()[0] for line in marks] == pytest.approx([0.05, 0.8, 0.7, 0.4, 0.01, 0.2, 0.1])
-        assert [round(line.get_xdata()[0]) for line in marks] == [0, 1, 2, 3, 0, 1, 3]
-        bars = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() == "None"]
-        assert bars[1] == pytest.approx([0.8, 2.4])
+    assert [tick.get_text() for tick in pull_off.get_xticklabels()] == ["solver's\nforces", "D", "E", "F"]
+    marks = [line for line in pull_off.lines if line.get_marker() != "None"]
+    assert [line.get_ydata()[0] for line in marks] == pytest.approx([0.05, 0.8, 0.7, 0.4, 0.01, 0.2, 0.1])
+    assert [round(line.get_xdata()[0]) for line in marks] == [0, 1, 2, 3, 0, 1, 3]
+    bars = [line.get_ydata().tolist() for line in pull_off.lines if line.get_marker() == "None"]
+    assert bars[1] == pytest.approx([0.8, 2.4])
     labels = [text.get_text() for text in pull_off.get_legend().get_texts()]
     assert labels == ["uniform steps", "physical steps"]
     colors = {line.get_color() for line in marks[:4]}, {line.get_color() for line in marks[4:]}
@@ -44,7 +46,7 @@ def test_figure_compares_kinds_of_steps():
 
 
 def test_table_has_a_row_per_set_and_steps():
-    rows = figure_features.compose(CONTENT, efficiency())["features"].rows
+    rows = figure_features.compose(CONTENT, efficiency(), comparison(["M1-concat"]))["features"].rows
     floor = ["", ""]
     assert [[row[0], row[2]] for row in rows] == [
         *([name, "uniform"] for name in "ADEF"),

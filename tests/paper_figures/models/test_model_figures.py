@@ -26,7 +26,7 @@ def test_figure_mse_mae_names_untrained(trained):
     drawn = figure_mse_mae.compose(comparison(trained))
     axes = drawn.axes[0]
     plotted = {line.get_label(): line for line in axes.lines if line.get_label() in paper_names()}
-    assert list(plotted) == trained
+    assert list(reversed(plotted)) == trained
     assert plotted["M1-concat"].get_xydata().tolist() == [[1e-3, 1e-2]]
     assert plotted["M1-concat"].get_color() == models_style.color("M1-concat")
     paper = drawing.paper_values("reference_model")
@@ -35,9 +35,24 @@ def test_figure_mse_mae_names_untrained(trained):
     assert ("17 of 18" in note) == (len(trained) == 1)
 
 
-def test_paper_recipe_is_in_first_panel_only():
-    panels = figure_mse_mae.compose(comparison(paper_names(), ["M1-concat"])).axes
-    assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
+def test_recipes_have_panels_of_their_own(cracks):
+    compared = comparison(paper_names(), ["M1-concat", "M2-concat"])
+    drawn = figure_mse_mae.compose(compared, ranking(SEEDS))
+    points = [{line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines} for axes in drawn.axes]
+    assert [len(panel.keys() & set(paper_names())) for panel in points] == [2, 18]
+    assert points[0]["M1-concat"] == [2e-3, 2e-2]
+    assert "16 of 18" in drawn.get_supxlabel()
+    curves, sizes, energies, shares = figure_5.compose(compared, cracks, efficiency(), ranking(SEEDS)).axes
+    assert [line.get_label() for line in curves.lines[::2]] == ["M1", "M2"]
+    assert not curves.collections  # seeds by swift
+    assert curves.get_title(loc="right") == "concat, paper’s recipe"
+    assert sorted(line.get_label() for line in sizes.lines if line.get_label() in paper_names()) == [
+        "M1-concat",
+        "M2-concat",
+    ]
+    assert {"M1-concat, paper’s recipe", "M1-concat, swift"} <= {line.get_label() for line in energies.lines}
+    assert [100.0, 2e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
+    assert shares.get_title(loc="right") == "M1-concat, swift"
 
 
 def test_figure_plateau_draws_published_ones():
@@ -56,11 +71,12 @@ def test_figure_5_with_one_model(cracks):
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert sizes.lines[-1].get_xydata().tolist() == [[100.0, 2e-2]]
+    assert sizes.get_title(loc="right") == "swift"
     by_label = {line.get_label(): line.get_xydata() for line in energies.lines}
     assert by_label["Persson-Brener"].tolist() == [[0.1, 1.0], [10.0, 5.0]]
     assert by_label["solver"][3].tolist() == [4.0, 2.2]
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
-    assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
+    assert by_label["M1-concat, paper’s recipe"][3].tolist() == [4.0, 2.3]
     assert "1.25 %" in energies.get_title(loc="right")
     shares = figure_5.compose(comparison(paper_names()), cracks, efficiency()).axes[3]
     points = shares.containers[0].lines[0].get_xydata()
@@ -78,7 +94,9 @@ def test_curve_figures_name_what_is_missing():
         assert [len(axes.lines) for axes in drawn.axes] == lines
         assert "trained with another recipe: " in drawn.get_supxlabel()
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
-    first, second = figure_features.compose({"sets": sets}, efficiency())["figure-features"].axes
+    first, second = figure_features.compose({"sets": sets}, efficiency(), comparison(["M1-concat"]))[
+        "figure-features"
+    ].axes
     assert len(first.lines) == 8
     assert first.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert [line.get_label() for line in second.lines[::2]] == ["100 %", "75 %", "25 %", "12.5 %"]
@@ -97,14 +115,11 @@ def whiskers(axes):
 def test_seeds_are_medians_with_whiskers(cracks):
     compared, spread = comparison(paper_names()), ranking(SEEDS)
     kept = figure_mse_mae.compose(compared, spread), figure_5.compose(compared, cracks, efficiency(), spread)
-    for axes, x, y, single in (
-        (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
-        (kept[1].axes[1], None, "test_dtw_rmse", None),
-    ):
+    for axes, x, y, single in ((kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),):
         plotted = {
             line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() in paper_names()
         }
-        assert list(plotted) == paper_names()
+        assert list(reversed(plotted)) == paper_names()
         ends = whiskers(axes)
         assert len(ends) == 2
         for name in ("M1-concat", "M1-gated"):
@@ -133,7 +148,7 @@ def test_seeds_are_medians_with_whiskers(cracks):
 def test_feature_seeds_are_bands_and_rows():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     spread = ranking({"features-C": 2, "features-D": 1})
-    figure, table = figure_features.compose({"sets": sets}, efficiency(), spread).values()
+    figure, table = figure_features.compose({"sets": sets}, efficiency(), comparison(["M1-concat"]), spread).values()
     labels = [line.get_label() for line in figure.axes[0].lines[::2]]
     assert [label[0] for label in labels] == list("ABCD")
     assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")
