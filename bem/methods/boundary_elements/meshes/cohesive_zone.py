@@ -15,7 +15,6 @@ from bem._support.jit import kernel, uncompiled
 from bem.problem.indenter import PARABOLOID, depth_factor
 
 CRACK_LENGTH = 2.48
-_OPENING = 0.4  # of the zone of a relaxed contact, at most, over which the surfaces part by h0 more
 
 
 @kernel
@@ -44,14 +43,6 @@ def contact_edge(radii, gap, peak_gap) -> float:
             share = (peak_gap - gap[j]) / (gap[j + 1] - gap[j])
             return radii[j] + share * (radii[j + 1] - radii[j])
     return 0.0
-
-
-@kernel
-def widened_zone(width: float, edge: float, radii: np.ndarray, gap: np.ndarray, peak_gap: float) -> float:
-    """The width of the cohesive zone of a state: that of a relaxed contact, or more where the solid is stiffer."""
-    if edge == 0.0:
-        return width
-    return max(width, (contact_edge(radii, gap, peak_gap + 1.0) - edge) / _OPENING)
 
 
 @kernel

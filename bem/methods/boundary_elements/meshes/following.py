@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width, widened_zone
+from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width
 from bem.methods.boundary_elements.meshes.master_grid import Grid, grade, grid_around, holds, moves
 from bem.methods.boundary_elements.meshes.mesh import (
     Mesh,
@@ -91,10 +91,8 @@ def select_mesh(
         if state.gap[j] < _WIDE_GAP:
             last = old.nodes[min(j + 1, state.gap.size - 1)]
     width = edge_width(state.edge, tabor, interface.exponent)
-    if moves(grid):
-        width = widened_zone(width, state.edge, old.radii, state.gap, interface.law.peak_gap)
     window = edge_window(state.edge, direction, width)
-    if moves(grid) and not holds(grid, window, width, controls.edge_spacing):
+    if moves(grid) and not holds(grid, window, width):
         spacings = np.full(grid.size, np.inf)
         _refine_for_tractions(tabor, curvature, state, grid.places, remembered, grid.places[grid.size - 1], spacings)
         grid = grid_around(grid, scheme.series, controls, state.edge, width, direction, spacings)

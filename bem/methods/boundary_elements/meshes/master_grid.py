@@ -32,7 +32,6 @@ LARGEST_REMEMBERED = 2**17  # the same where there is a memory; the steps grow w
 AHEAD, BEHIND = 1.0, 0.5  # extent of the cohesive zone outside and inside the edge, in widths
 _TRAVEL, _RETURN = 14.0, 3.0  # room for the edge in a block, in its direction and against it, in widths
 _FINER = 0.6  # spacing and growth outside the block, of those of a mesh, so that meshes can be selected
-_TOLERATED = 2.0  # a grid in use may be this much coarser at the edge than a new one would be
 _WIDEST_LEVEL = 2**12
 
 
@@ -106,17 +105,11 @@ def moves(grid: Grid) -> bool:
 
 
 @kernel
-def holds(grid: Grid, window: np.ndarray, width: float, edge_spacing: float) -> bool:
-    """Whether the grid resolves an edge anywhere in `window` (2,), radii, whose zone has this `width`."""
+def holds(grid: Grid, window: np.ndarray, width: float) -> bool:
+    """Whether the grid resolves an edge anywhere in `window` (2,), radii."""
     low, high = (window[0] - BEHIND * width) / grid.spacing, (window[1] + AHEAD * width) / grid.spacing
     last = float(grid.places[grid.size - 1])
-    if not ((low >= grid.low or grid.low <= 0.0) and (high <= grid.high or grid.high >= last)):
-        return False
-    widest = _TOLERATED * max(edge_spacing * width / grid.spacing, 1.0)
-    for f in range(grid.size - 1):
-        if low <= grid.places[f] <= high and grid.places[f + 1] - grid.places[f] > widest:
-            return False
-    return True
+    return (low >= grid.low or grid.low <= 0.0) and (high <= grid.high or grid.high >= last)
 
 
 @kernel
