@@ -127,10 +127,10 @@ def equilibrate(
         left = edge_left_window(state)
         if solved and not left and problem.device.compliance > 0.0 and not is_balanced(problem, state, control, memory):
             continue  # once more, from the better prediction
-        if not solved or not left:
+        width = edge_width(state.edge, interface.tabor, interface.exponent)
+        # Other nodes may move the edge of a stiff solid by as much, to and fro.
+        if not solved or not left or (moves(mesh.grid) and abs(state.edge - last_edge) < width):
             return state, solved
-        if moves(mesh.grid) and abs(state.edge - last_edge) < edge_width(state.edge, interface.tabor):
-            return state, True  # other nodes move the edge of a stiff solid as far, to and fro
         last_edge = state.edge
         new = select_mesh(interface, controls, problem.scheme, state, 1.0, memory)
         memory = carried(remembered, start.mesh.grid, new.grid)
