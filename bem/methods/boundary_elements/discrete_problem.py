@@ -103,7 +103,7 @@ def problem_of(
     grid = own_mesh.grid
     if mesh is None:
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
-        if uncompiled(moves)(grid):  # it interpolates by lines
+        if uncompiled(moves)(grid):  # a fast crack feels smaller errors than the edges of small Tabor parameters
             controls = _for_scene(accuracy.line_controls(), scene)
             grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
     wide, wide_segments = grid, 0

@@ -4,7 +4,8 @@ With adhesion the traction is a smooth function of the radius. A cubic through f
 of the master grid between them, and the hats of the master grid get values corrected by their second differences, so
 that they displace the surface as the smooth traction does. The errors of both fall with nearly the fourth power of the
 spacing, those of lines with the second, so that far fewer nodes are needed. Without adhesion the traction has a kink at
-the edge of the contact, and lines are used; so they are on a grid that moves, whose spacing is not equal.
+the edge of the contact, and lines are used. On a grid that moves, whose spacing is not equal, cubics are needed most:
+a crack in a glass meets errors of the frozen traction that lines leave, and is held or let go by them.
 
 Units: radii in spacings of the lattice.
 Source: the mean of the error of linear interpolation, K. Atkinson, An Introduction to Numerical Analysis, 1989, section
@@ -72,7 +73,7 @@ def interpolation(nodes: np.ndarray, places: np.ndarray, smooth: bool) -> tuple[
 
     Args:
         nodes: (n,) int64, the selection, from the axis outwards.
-        places: (N,) int64 of the master nodes; equally spaced where the traction is smooth.
+        places: (N,) int64 of the master nodes.
         smooth: cubics through four nodes, even at the axis, else lines.
 
     Returns:
@@ -118,6 +119,8 @@ def ring_area(places: np.ndarray, f: int, last: int, smooth: bool) -> float:
     """
     if not smooth:
         return _hat_area(places, f, last)
+    if places[last] == last:  # equally spaced: only on the axis does a correction change the force
+        return _hat_area(places, f, last) - (1.0 / 9.0 if f == 0 else 1.0 / 18.0 if f == 1 else 0.0)
     _, middle, _ = bend_shares(places, f)
     area = (1.0 - middle) * _hat_area(places, f, last)
     if f > 0:
@@ -131,6 +134,7 @@ def ring_area(places: np.ndarray, f: int, last: int, smooth: bool) -> float:
 
 @kernel
 def _hat_area(places: np.ndarray, f: int, last: int) -> float:
+    """`ring_area` of a hat."""
     area, at = 0.0, float(places[f])
     if f > 0:
         area += (at - places[f - 1]) * (places[f - 1] + 2.0 * at) / 3.0
