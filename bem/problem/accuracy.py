@@ -102,7 +102,7 @@ class Accuracy:
         )
 
     def line_controls(self) -> Controls:
-        """The same where the traction is interpolated linearly: without adhesion, and on a grid that moves."""
+        """The same, finer: without adhesion, where the traction is interpolated linearly, and on a grid that moves."""
         ratio = self.target / _UNIT_TARGET
         if ratio < 1.0:
             ratio **= 1.1

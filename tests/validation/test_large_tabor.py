@@ -27,17 +27,24 @@ def test_moving_grid_remembers_like_fixed(monkeypatch, material):
     assert fixed.completed, fixed.status
     assert fixed.stats.grid_nodes != moving.stats.grid_nodes
     assert fixed.pull_off_force == pytest.approx(moving.pull_off_force, rel=5e-4)
-    # the fixed grid interpolates by cubics, the moving one by lines
     assert fixed.hysteresis == pytest.approx(moving.hysteresis, rel=5e-4)
     assert fixed.max_compression == pytest.approx(moving.max_compression, abs=5e-4)
 
 
-@pytest.mark.xfail(strict=True, reason="the branch is left at the largest force; see docs/limits.md")
-def test_fast_pull_is_a_glassy_crack():
-    """Closed form of a sharp glassy crack in a relaxed contact of depth 5 mu: hysteresis 9.28 mu."""
-    path = PiecewiseLinearProtocol([0.0, 8e-3], [150.0, -90.0])
-    trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), path)
-    assert trajectory.hysteresis == pytest.approx(9.28 * 30.0, rel=0.03)
+@pytest.mark.parametrize("tabor", [20.0, 30.0])
+def test_fast_pull_is_a_glassy_crack(tabor):
+    """Closed form of a sharp glassy crack in a relaxed contact of depth 5 mu: hysteresis 9.28 mu; it lets go once."""
+    path = PiecewiseLinearProtocol([0.0, 8e-3], [5.0 * tabor, -3.0 * tabor])
+    trajectory = completed(Scene(tabor, StandardLinearSolid(0.1)), path)
+    assert trajectory.hysteresis == pytest.approx(9.28 * tabor, rel=0.01)
+    assert len(trajectory.jumps) == 1
+
+
+def test_crack_held_by_the_mesh_is_told():
+    """The edge may be caught between nodes here; the contact is then not said to have let go."""
+    path = PiecewiseLinearProtocol([0.0, 8e-3], [250.0, -150.0])
+    trajectory = simulate(Scene(50.0, StandardLinearSolid(0.1)), path, most_work=2e10)
+    assert not trajectory.completed or trajectory.hysteresis == pytest.approx(9.28 * 50.0, rel=0.01)
 
 
 def test_slow_crack_is_persson_brener_at_30():

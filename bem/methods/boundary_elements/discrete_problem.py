@@ -103,11 +103,11 @@ def problem_of(
     grid = own_mesh.grid
     if mesh is None:
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
-        if uncompiled(moves)(grid):  # it interpolates by lines
+        if uncompiled(moves)(grid):  # a fast crack feels smaller errors than the edges of small Tabor parameters
             controls = _for_scene(accuracy.line_controls(), scene)
             grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
     wide, wide_segments = grid, 0
-    if grid.smooth and resistances[0] > resistances.min():
+    if grid.smooth and not uncompiled(moves)(grid) and resistances[0] > resistances.min():
         finest = accuracy.controls(float(resistances.min())).edge_spacing
         while accuracy.controls(float(resistances[wide_segments])).edge_spacing >= 2.0 * finest:
             wide_segments += 1

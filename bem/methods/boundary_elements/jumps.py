@@ -23,7 +23,9 @@ from bem.methods.boundary_elements.gap_equation import (
     rigid_side,
     state_under,
 )
+from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width
 from bem.methods.boundary_elements.meshes.following import select_mesh
+from bem.methods.boundary_elements.meshes.master_grid import moves
 from bem.methods.boundary_elements.meshes.regrid import Remembered, carried
 from bem.methods.boundary_elements.state import State, edge_left_window, energy_of, transfer
 from bem.methods.records import ITERATIONS, Records, count_factorisation, is_spent, with_jump, with_record
@@ -108,6 +110,7 @@ def equilibrate(
     """
     interface, controls, response = problem.interface, problem.controls, remembered.response
     mesh, gap, traction, memory = start.mesh, start.gap.copy(), start.traction.copy(), remembered
+    last_edge = start.edge
     for _ in range(_MOST_MESHES):
         if is_spent(work):
             break
@@ -124,8 +127,11 @@ def equilibrate(
         left = edge_left_window(state)
         if solved and not left and problem.device.compliance > 0.0 and not is_balanced(problem, state, control, memory):
             continue  # once more, from the better prediction
-        if not solved or not left:
+        width = edge_width(state.edge, interface.tabor, interface.exponent)
+        # Other nodes may move the edge of a stiff solid by as much, to and fro.
+        if not solved or not left or (moves(mesh.grid) and abs(state.edge - last_edge) < width):
             return state, solved
+        last_edge = state.edge
         new = select_mesh(interface, controls, problem.scheme, state, 1.0, memory)
         memory = carried(remembered, start.mesh.grid, new.grid)
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)

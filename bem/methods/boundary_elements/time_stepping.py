@@ -28,8 +28,9 @@ from bem.methods.boundary_elements.memory import (
     shortest_relaxation,
     step_factors,
 )
-from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width
+from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width, zone_width
 from bem.methods.boundary_elements.meshes.following import first_mesh, same_nodes, select_mesh
+from bem.methods.boundary_elements.meshes.master_grid import moves
 from bem.methods.boundary_elements.meshes.mesh import condense, no_mesh
 from bem.methods.boundary_elements.meshes.regrid import Remembered, carried
 from bem.methods.boundary_elements.state import State, edge_left_window, energy_of
@@ -61,6 +62,7 @@ from bem.problem.tractions import deviation
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
 _FAINT = 0.2  # force between surfaces that are apart, over its scale, below which a dent fades as if alone
+_LETS_GO = 0.5  # of the contact radius, below which a contact without equilibrium has let go
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
@@ -145,6 +147,8 @@ def _jumped(problem: Problem, before: State, after: State) -> bool:
     if problem.interface.nonadhesive:
         return False
     width = edge_width(before.edge, problem.interface.tabor, problem.interface.exponent)
+    if moves(before.mesh.grid):
+        width = zone_width(width, before.edge, before.mesh.radii, before.gap, problem.interface.law.peak_gap)
     force = abs(after.force - before.force) > _JUMP_IN_FORCE * max(abs(before.force), problem.scales.force)
     return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
 
@@ -217,7 +221,9 @@ def follow(
             factors = step_factors(memory, step, recent.count[0] >= 2)
             remembered = remembered_in(memory, factors)
             state, solved = equilibrate(problem, before, control, remembered, work)
-            if not solved and not problem.device.by_force:
+            # An edge that is still near has not let go: there is a state that the mesh does not resolve.
+            stays = moves(before.mesh.grid) and state.edge > _LETS_GO * before.edge
+            if not solved and not stays and not problem.device.by_force:
                 state, solved = separated(problem, before, control, remembered, work)
             if not solved and not has_flown_off(problem, control, state.force):
                 outcome = OUT_OF_WORK if is_spent(work) else NO_EQUILIBRIUM

@@ -15,6 +15,7 @@ from bem._support.jit import kernel, uncompiled
 from bem.problem.indenter import PARABOLOID, depth_factor
 
 CRACK_LENGTH = 2.48
+_OPENING = 0.3  # of the zone of a relaxed contact, in which the surfaces part by h0 more
 
 
 @kernel
@@ -43,6 +44,12 @@ def contact_edge(radii, gap, peak_gap) -> float:
             share = (peak_gap - gap[j]) / (gap[j + 1] - gap[j])
             return radii[j] + share * (radii[j + 1] - radii[j])
     return 0.0
+
+
+@kernel
+def zone_width(width: float, edge: float, radii: np.ndarray, gap: np.ndarray, peak_gap: float) -> float:
+    """Width of the cohesive zone of a state: that of a relaxed contact, or more where a fast crack meets a glass."""
+    return max(width, (contact_edge(radii, gap, peak_gap + 1.0) - edge) / _OPENING)
 
 
 @kernel

@@ -22,7 +22,7 @@ from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.influence.on_any_nodes import hat_influence, kernel_series
 from bem.methods.boundary_elements.influence.triangles import unit_influence
 from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width, far_radius, largest_contact_radius
-from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence
+from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence, smooth_influence_of
 from bem.problem.accuracy import Controls
 from bem.problem.indenter import PARABOLOID
 
@@ -181,4 +181,5 @@ def grid_around(
         places[count] = x
         count += 1
     chosen = places[:count].copy()
-    return Grid(count, spacing, chosen, hat_influence(chosen, series), False, low, high)
+    influence = smooth_influence_of(chosen, hat_influence(chosen, series))
+    return Grid(count, spacing, chosen, influence, True, low, high)
