@@ -182,6 +182,8 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
             closed = 0.0
         bonded = _open(contact, old, time, depth, new, count, radius)
         mark = next_mark = (radius, time)
+    elif edge > 0.0 and edge < rest_radius and pull > (surface(edge, old.depth) - total_of(old.inner)) / ratio:
+        radius = edge  # it has begun to open and is pulled more and more
     elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
@@ -198,7 +200,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         rest_radius = radius
         for i in range(new.rest.size):
             new.rest[i] = new.outer[i]
-    left_rest = time if radius >= edge else old.left_rest
+    left_rest = time if radius >= rest_radius else old.left_rest
     if radius <= edge:
         stays = nodes_inside(radii, radius) == count
         for i in range(new.weights.size):
