@@ -35,8 +35,9 @@ from bem.methods.records import (
     with_peaks,
     work_by_name,
 )
+from bem.methods.sharp_crack import ZoneError, is_sharp, least_error, load_steps, march_crack
 from bem.methods.without_adhesion.hard_contact import follow_hard_contact
-from bem.problem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
+from bem.problem.accuracy import LOOSEST, NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.problem.indenter import PARABOLOID, tension_without_deformation
 from bem.problem.materials import Elastic, StandardLinearSolid
 from bem.problem.negligible_effects import SimplifiedScene, simplified_scene
@@ -141,8 +142,8 @@ def simulate(
     if mesh is not None or profiles is not None:  # of the scene as it is
         return _followed(scene, path, target, glassy, mesh, instants, budget)
     simplified = simplified_scene(scene, path, target.target, glassy)
-    trajectory = _on_branch(simplified.scene, path, target, budget) or _followed(
-        simplified.scene, path, target, glassy, None, instants, budget
+    trajectory = _on_branch(simplified.scene, path, target, budget) or _of_large_tabor(
+        simplified.scene, path, target, glassy, budget
     )
     return _rescaled(trajectory, scene, simplified) if simplified.left_out else trajectory
 
@@ -173,6 +174,43 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     if result.outcome in _RETRIED:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
+
+
+def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, budget: float) -> Trajectory:
+    """The trajectory by a sharp crack where its expected error is small enough, else by boundary elements.
+
+    Where these do not answer, that of the crack if they could not be started, or their status with what the crack could
+    do.
+    """
+    least = least_error(scene, path) if is_sharp(scene) else math.inf
+    crack = _as_crack(scene, path, glassy, budget) if least <= target.target else None
+    if crack and crack.accuracy <= target.target:
+        return crack
+    stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
+    if stepped.completed or least > LOOSEST:
+        return stepped
+    crack = crack or _as_crack(scene, path, glassy, budget)
+    if not crack or crack.accuracy > LOOSEST:
+        return stepped
+    reason = stepped.status.removeprefix("not started: ")
+    if reason == stepped.status:
+        return replace(stepped, status=f"{reason}; accuracy={crack.accuracy:.2g} is within reach of a sharp crack")
+    return replace(crack, status=f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})")
+
+
+def _as_crack(scene: Scene, path: Path, glassy: bool, budget: float) -> Trajectory | None:
+    """The trajectory of a contact with a sharp edge, and its expected error; None where there is no answer."""
+    load_kernels("sharp crack")
+    started = time.perf_counter()
+    try:
+        result, error = march_crack(scene, path, glassy=glassy, most_work=budget)
+    except ZoneError:
+        return None
+    borne = result.records.size > 0  # the first force
+    if result.outcome not in (COMPLETED, DETACHED) or (borne and math.isnan(error)):
+        return None
+    error = math.ceil(1e4 * error) / 1e4 if borne else 0.0
+    return _trajectory(scene, path, error, result, budget, "sharp crack", time.perf_counter() - started)
 
 
 def _checked(result: MarchResult, scene: Scene, path: Path, target: float) -> MarchResult:
@@ -225,9 +263,10 @@ def load_kernels(*names: str) -> None:
     """Compile what answers a scene, or load it from the cache, by following a tiny contact once.
 
     Args:
-        names: "boundary elements", "elastic curve" and "no adhesion", as far as they will be used; all by default.
+        names: "boundary elements", "elastic curve", "no adhesion" and "sharp crack", as far as they will be used; by
+            default all but the last, which only large Tabor parameters need.
     """
-    names = names or tuple(_KERNELS)
+    names = names or tuple(_KERNELS)[:-1]
     for number, name in enumerate(names):
         if name not in _loaded:
             seconds, load = _KERNELS[name]
@@ -258,6 +297,7 @@ _KERNELS = {
     "boundary elements": (30.0, _load_boundary_elements),
     "elastic curve": (12.0, _load_elastic_curve),
     "no adhesion": (6.0, _load_hard_contact),
+    "sharp crack": (25.0, load_steps),
 }
 """What is compiled together, with the seconds of one core that it takes."""
 _loaded: set[str] = set()

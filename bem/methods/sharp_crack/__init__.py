@@ -7,4 +7,6 @@ from bem.methods.sharp_crack.trajectory import SharpCrack as SharpCrack
 from bem.methods.sharp_crack.trajectory import expected_error as expected_error
 from bem.methods.sharp_crack.trajectory import is_sharp as is_sharp
 from bem.methods.sharp_crack.trajectory import least_error as least_error
+from bem.methods.sharp_crack.trajectory import load_steps as load_steps
 from bem.methods.sharp_crack.trajectory import march_crack as march_crack
+from bem.methods.sharp_crack.zone import ZoneError as ZoneError

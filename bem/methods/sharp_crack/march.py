@@ -61,7 +61,7 @@ class Progress(NamedTuple):
 
 
 @kernel
-def force_of(contact: Contact, law: Law, state: State) -> float:
+def _force_of(contact: Contact, law: Law, state: State) -> float:
     """Force; without contact that of surfaces which only the dent of the contact before has deformed."""
     if state.radius > 0.0:
         return state.force
@@ -71,7 +71,7 @@ def force_of(contact: Contact, law: Law, state: State) -> float:
 @kernel
 def _excess(contact: Contact, law: Law, device: Device, state: State, value: float) -> float:
     """By how much the sphere is deeper than balance asks, in what the device prescribes."""
-    force = force_of(contact, law, state)
+    force = _force_of(contact, law, state)
     return (-force if device.by_force else state.depth - device.compliance * force) - value
 
 
@@ -124,9 +124,9 @@ def _settled(
 @kernel
 def _recorded(records: Records, contact: Contact, law: Law, device: Device, old: State, new: State) -> Records:
     """The records with one more state, and with the jump where contact begins or ends in it; depths in h0."""
-    depth, force = contact.tabor * new.depth, force_of(contact, law, new)
+    depth, force = contact.tabor * new.depth, _force_of(contact, law, new)
     if (old.radius > 0.0) != (new.radius > 0.0):
-        before, moves = force_of(contact, law, old), device.by_force or device.compliance > 0.0
+        before, moves = _force_of(contact, law, old), device.by_force or device.compliance > 0.0
         place = contact.tabor * old.depth if moves else depth
         records = with_record(records, new.time, place, before, old.radius)
         records = with_jump(records, new.time, place, (before, force), (np.nan, np.nan), np.nan, depth)
@@ -151,6 +151,8 @@ def follow(
         work: counts, as in `bem.methods.records`.
     """
     records, old, spare, n, begin, part, rate, largest, zone, outcome = progress
+    if records.filled[0] == 0:
+        records = with_record(records, old.time, contact.tabor * old.depth, _force_of(contact, law, old), old.radius)
     cost = _COST * contact.radii.size * contact.relaxation.times.size
     while n < instants.size and outcome == COMPLETED and not is_to_pause(work):
         end = instants[n]
@@ -168,7 +170,7 @@ def follow(
             part *= 0.5
             work[REJECTIONS] += 1
         elif not balanced:
-            force = force_of(contact, law, old)
+            force = _force_of(contact, law, old)
             nowhere = (np.nan, np.nan)
             records = with_jump(records, old.time, contact.tabor * old.depth, (force, force), nowhere, np.nan, np.nan)
             outcome = DETACHED

@@ -20,16 +20,16 @@ from bem.methods.records import (
     new_records,
     new_work,
     next_slice,
-    with_record,
 )
 from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
-from bem.methods.sharp_crack.march import Device, Progress, follow, force_of
-from bem.methods.sharp_crack.tail import ZONE_LENGTH
+from bem.methods.sharp_crack.march import Device, Progress, follow
+from bem.methods.sharp_crack.tail import ZONE_LENGTH, tail_of
+from bem.methods.sharp_crack.zone import press, zone_nodes
 from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.problem.scene import Scene
-from bem.problem.tractions import HardContact, law_of
+from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
 
 _NODES = 500
 _STEPS = 400  # of a ramp as long as the history's range of what is prescribed
@@ -76,7 +76,7 @@ def march_crack(
     if not is_sharp(scene):
         raise ValueError(f"a sharp crack needs a viscoelastic solid, adhesion and a paraboloid; received {scene}")
     deepest = deepest_indentation(scene, path)
-    contact = _contact_of(scene, edge_law(scene.adhesion, scene.material), deepest / scene.tabor)
+    contact = _contact_of(scene.tabor, edge_law(scene.adhesion, scene.material), deepest / scene.tabor)
     times, law = np.array(path.times), law_of(scene.adhesion)
     if isinstance(path, ForceProtocol):
         device, values = Device(0.0, True), -path.forces
@@ -84,13 +84,11 @@ def march_crack(
         compliance = 0.0 if scene.spring is None else 1.0 / (scene.spring * scene.tabor)
         device, values = Device(compliance, False), path.indentations / scene.tabor
     terms, work = scene.material.strengths.size, uncompiled(new_work)(most_work)
-    first, spare = (new_state(_NODES, terms, float(times[0]), float(values[0])) for _ in range(2))
+    first, spare = (uncompiled(new_state)(_NODES, terms, float(times[0]), float(values[0])) for _ in range(2))
     first, balanced = _start(contact, device, first, glassy)
     outcome, records, zone = DETACHED, uncompiled(new_records)(), 0.0
     instants = _instants(times, values)
     if balanced:
-        state = (first.time, scene.tabor * first.depth, force_of(contact, law, first), first.radius)
-        records = uncompiled(with_record)(records, *state)
         progress = Progress(records, first, spare, 0, first.time, 1.0, 0.0, -math.inf, 0.0, COMPLETED)
         while progress.instant < instants.size and progress.outcome == COMPLETED:
             progress = follow(contact, law, device, progress, instants, times, values, next_slice(work))
@@ -124,19 +122,24 @@ def _largest_radius(deepest: float) -> float:
     return radius
 
 
-def _contact_of(scene: Scene, law: EdgeLaw, deepest: float) -> Contact:
-    strengths, times = np.array(scene.material.strengths), np.array(scene.material.times)
-    terms = strengths.size
-    return Contact(
-        scene.tabor,
-        law,
-        relaxation_of(strengths, times),
-        np.linspace(0.0, 1.02 * _largest_radius(deepest), _NODES),
-        np.zeros(_NODES),
-        new_step(terms),
-        new_step(terms),
-        np.zeros((3, terms)),
-    )
+def _contact_of(tabor: float, law: EdgeLaw, deepest: float) -> Contact:
+    terms, radii = law.times.size, np.linspace(0.0, 1.02 * _largest_radius(deepest), _NODES)
+    step, part = (uncompiled(new_step)(terms) for _ in range(2))
+    relaxation = relaxation_of(law.strengths, law.times)
+    return Contact(tabor, law, relaxation, radii, np.zeros(_NODES), step, part, np.zeros((3, terms)))
+
+
+def load_steps() -> None:
+    """Compile what a history takes, or load it from the cache, without one."""
+    one, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
+    law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, row, table, one, one)
+    contact, work = _contact_of(1.0, law, 0.0), uncompiled(new_work)()
+    first, spare = (uncompiled(new_state)(_NODES, 1, 0.0, 0.0) for _ in range(2))
+    progress = Progress(uncompiled(new_records)(), first, spare, 0, 0.0, 1.0, 0.0, 0.0, 0.0, COMPLETED)
+    follow(contact, LENNARD_JONES, Device(0.0, False), progress, np.empty(0), np.zeros(2), np.zeros(2), work)
+    _rest_depths(contact, one, 1.0, 1.0)
+    zone_nodes(LENNARD_JONES)
+    press(LENNARD_JONES, np.ones(1, bool), -one, one, one)
 
 
 @kernel
