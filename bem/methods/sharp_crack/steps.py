@@ -176,14 +176,16 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         growth,
         around,
     )
-    if edge > 0.0 and pull > 0.0 and excess(contact, opening, edge) > 0.0:
+    # What closes opens only where it is pulled more and more, and what has begun to open closes only where it is not.
+    opens, pulled = edge < rest_radius, pull * ratio > surface(edge, old.depth) - total_of(old.inner)
+    if edge > 0.0 and pull > 0.0 and (opens or pulled) and excess(contact, opening, edge) > 0.0:
         radius = opened_radius(contact, opening)
         if (rest_radius - radius) * unit >= _NEW_ZONE * ZONE_LENGTH:
             closed = 0.0
         bonded = _open(contact, old, time, depth, new, count, radius)
         mark = next_mark = (radius, time)
-    elif edge > 0.0 and edge < rest_radius and pull > (surface(edge, old.depth) - total_of(old.inner)) / ratio:
-        radius = edge  # it has begun to open and is pulled more and more
+    elif edge > 0.0 and opens and pulled:
+        radius = edge
     elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
