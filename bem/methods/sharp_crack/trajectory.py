@@ -31,12 +31,13 @@ from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.problem.scene import Scene
 from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
 
-_NODES = 500
-_STEPS = 400  # of a ramp as long as the history's range of what is prescribed
+_NODES = 1000
+_STEPS = 600  # of a ramp as long as the history's range of what is prescribed
 _FIRST = np.geomspace(1e-7, 1.0, 26)[:-1]  # steps after a corner, over the steps that follow
 _HELD = np.geomspace(1e-6, 1.0, 200)  # of a dwell
 _RADII, _SMALLEST = 4000, 1e-3  # of contacts at the start, and the smallest of them
-_ERROR = 0.25
+ZONE_ERROR, STEP_ERROR = 0.25, 1.5e-3
+"""Relative error by the finite zone, over the root of its length over the radius, and that by steps and nodes."""
 
 
 class SharpCrack(NamedTuple):
@@ -104,7 +105,7 @@ def expected_error(zone: float) -> float:
 
     NaN where nothing touched.
     """
-    return _ERROR * math.sqrt(zone) if zone > 0.0 else math.nan
+    return ZONE_ERROR * math.sqrt(zone) + STEP_ERROR if zone > 0.0 else math.nan
 
 
 def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol) -> float:
