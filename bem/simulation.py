@@ -35,7 +35,7 @@ from bem.methods.records import (
     with_peaks,
     work_by_name,
 )
-from bem.methods.sharp_crack import ZoneError, is_sharp, least_error, load_steps, march_crack
+from bem.methods.sharp_crack import STEP_ERROR, ZoneError, is_sharp, least_error, load_steps, march_crack
 from bem.methods.without_adhesion.hard_contact import follow_hard_contact
 from bem.problem.accuracy import LOOSEST, NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.problem.indenter import PARABOLOID, tension_without_deformation
@@ -56,6 +56,7 @@ from bem.results.profiles import MOST_PROFILES, checked_instants, informative_in
 from bem.results.trajectory import Jump, Statistics, Trajectory
 
 _MOST_REFINEMENTS = 3  # each halves the target error
+_FINENESS = 1, 4  # of the steps of a sharp crack
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations")
 REASONS = {
@@ -182,28 +183,36 @@ def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, bu
     Where these do not answer, that of the crack if they could not be started, or their status with what the crack could
     do.
     """
-    least = least_error(scene, path) if is_sharp(scene) else math.inf
-    crack = _as_crack(scene, path, glassy, budget) if least <= target.target else None
+    least = least_error(scene, path, _FINENESS[-1]) if is_sharp(scene) else math.inf
+    crack = _as_crack(scene, path, target.target, glassy, budget) if least <= target.target else None
     if crack and crack.accuracy <= target.target:
         return crack
     stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
     if stepped.completed or least > LOOSEST:
         return stepped
-    crack = crack or _as_crack(scene, path, glassy, budget)
+    crack = crack or _as_crack(scene, path, LOOSEST, glassy, budget)
     if not crack or crack.accuracy > LOOSEST:
         return stepped
     reason = stepped.status.removeprefix("not started: ")
     if reason == stepped.status:
         return replace(stepped, status=f"{reason}; accuracy={crack.accuracy:.2g} is within reach of a sharp crack")
-    return replace(crack, status=f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})")
+    return replace(
+        crack, status=f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})"
+    )
 
 
-def _as_crack(scene: Scene, path: Path, glassy: bool, budget: float) -> Trajectory | None:
-    """The trajectory of a contact with a sharp edge, and its expected error; None where there is no answer."""
+def _as_crack(scene: Scene, path: Path, target: float, glassy: bool, budget: float) -> Trajectory | None:
+    """The trajectory of a contact with a sharp edge, of its expected error; None where there is no answer.
+
+    Steps and nodes are finer where that brings the error below the target.
+    """
     load_kernels("sharp crack")
     started = time.perf_counter()
     try:
-        result, error = march_crack(scene, path, glassy=glassy, most_work=budget)
+        for fineness in _FINENESS:
+            result, error = march_crack(scene, path, glassy=glassy, most_work=budget, fineness=fineness)
+            if not target < error < target + STEP_ERROR * (1.0 - _FINENESS[0] / _FINENESS[-1]):
+                break
     except ZoneError:
         return None
     borne = result.records.size > 0  # the first force

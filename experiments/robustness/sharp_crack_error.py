@@ -2,9 +2,9 @@
 
 The solids are standard linear ones and Prony series, the laws are those of the package. Cycles with dwells, reloads and
 holds are moved by the stage or behind a spring. Only histories are compared that `simulate` answers by the sharp crack
-within the loosest accuracy. Boundary elements answer each at two targets; where the two differ by more than a fifth of the
-crack's expected error, they have not settled, and where one does not complete, there is no reference: both are left out
-and counted. Half of the histories give the factor of the error estimate that covers 95 % of the errors, the others
+within the loosest accuracy. Boundary elements answer each at two targets; where the two differ by more than a fifth of
+the crack's expected error, they have not settled, and where one does not complete, there is no reference: both are left
+out and counted. Half of the histories give the factor of the error estimate that covers 95 % of the errors, the others
 judge it. Histories are kept in files, so that the same command continues.
 """
 

@@ -32,7 +32,7 @@ from bem.problem.scene import Scene
 from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
 
 _NODES = 1000
-_STEPS = 600  # of a ramp as long as the history's range of what is prescribed
+_STEPS = 600
 _FIRST = np.geomspace(1e-7, 1.0, 26)[:-1]  # steps after a corner, over the steps that follow
 _HELD = np.geomspace(1e-6, 1.0, 200)  # of a dwell
 _RADII, _SMALLEST = 4000, 1e-3  # of contacts at the start, and the smallest of them
@@ -58,6 +58,7 @@ def march_crack(
     *,
     glassy: bool = False,
     most_work: float = MOST_WORK,
+    fineness: int = 1,
 ) -> SharpCrack:
     """Follow a viscoelastic scene with adhesion.
 
@@ -66,6 +67,7 @@ def march_crack(
         path: of indentation, that of the stage behind a spring, or of force.
         glassy: whether the sphere has just arrived at the start.
         most_work: budget in multiply-adds.
+        fineness: factor of the numbers of nodes and steps; their error falls with it.
 
     Returns:
         the history, whose outcome says where it breaks a physical bound, and its expected relative error.
@@ -74,21 +76,26 @@ def march_crack(
         ValueError: for an elastic scene, one without adhesion or with another indenter.
         ZoneError: where no process zone is found.
     """
-    if not is_sharp(scene):
+    adhesion = scene.adhesion
+    if isinstance(adhesion, HardContact) or not is_sharp(scene):
         raise ValueError(f"a sharp crack needs a viscoelastic solid, adhesion and a paraboloid; received {scene}")
     deepest = deepest_indentation(scene, path)
-    contact = _contact_of(scene.tabor, edge_law(scene.adhesion, scene.material), deepest / scene.tabor)
-    times, law = np.array(path.times), law_of(scene.adhesion)
+    contact = _contact_of(scene.tabor, edge_law(adhesion, scene.material), deepest / scene.tabor, _NODES * fineness)
+    times, law = np.array(path.times), law_of(adhesion)
     if isinstance(path, ForceProtocol):
         device, values = Device(0.0, True), -path.forces
     else:
         compliance = 0.0 if scene.spring is None else 1.0 / (scene.spring * scene.tabor)
         device, values = Device(compliance, False), path.indentations / scene.tabor
-    terms, work = scene.material.strengths.size, uncompiled(new_work)(most_work)
-    first, spare = (uncompiled(new_state)(_NODES, terms, float(times[0]), float(values[0])) for _ in range(2))
+    terms, work, begin = (
+        scene.material.strengths.size,
+        uncompiled(new_work)(most_work),
+        (float(times[0]), float(values[0])),
+    )
+    first, spare = (uncompiled(new_state)(contact.radii.size, terms, *begin) for _ in range(2))
     first, balanced = _start(contact, device, first, glassy)
     outcome, records, zone = DETACHED, uncompiled(new_records)(), 0.0
-    instants = _instants(times, values)
+    instants = _instants(times, values, _STEPS * fineness)
     if balanced:
         progress = Progress(records, first, spare, 0, first.time, 1.0, 0.0, -math.inf, 0.0, COMPLETED)
         while progress.instant < instants.size and progress.outcome == COMPLETED:
@@ -96,23 +103,22 @@ def march_crack(
         outcome, records, zone = progress.outcome, progress.records, progress.zone
     states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
     steps = np.histogram(np.unique(states["time"])[1:], np.nextafter(times, np.inf))[0]
-    result, error = MarchResult(states, jumps, work, steps, np.zeros(2), outcome), expected_error(zone)
+    result, error = MarchResult(states, jumps, work, steps, np.zeros(2), outcome), expected_error(zone, fineness)
     return SharpCrack(within_bounds(result, scene, least_force(scene, deepest), np.nan_to_num(error)), error)
 
 
-def expected_error(zone: float) -> float:
+def expected_error(zone: float, fineness: int = 1) -> float:
     """Relative error of pull-off force and hysteresis, from the length of the process zone over the radius there.
 
     NaN where nothing touched.
     """
-    return ZONE_ERROR * math.sqrt(zone) + STEP_ERROR if zone > 0.0 else math.nan
+    return ZONE_ERROR * math.sqrt(zone) + STEP_ERROR / fineness if zone > 0.0 else math.nan
 
 
-def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol) -> float:
+def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol, fineness: int = 1) -> float:
     """The expected error of the largest contact and shortest zone that a scene can have: known before any tables."""
-    return expected_error(
-        ZONE_LENGTH / (scene.tabor**2 * _largest_radius(deepest_indentation(scene, path) / scene.tabor))
-    )
+    radius = _largest_radius(deepest_indentation(scene, path) / scene.tabor)
+    return expected_error(ZONE_LENGTH / (scene.tabor**2 * radius), fineness)
 
 
 def _largest_radius(deepest: float) -> float:
@@ -123,19 +129,19 @@ def _largest_radius(deepest: float) -> float:
     return radius
 
 
-def _contact_of(tabor: float, law: EdgeLaw, deepest: float) -> Contact:
-    terms, radii = law.times.size, np.linspace(0.0, 1.02 * _largest_radius(deepest), _NODES)
+def _contact_of(tabor: float, law: EdgeLaw, deepest: float, nodes: int) -> Contact:
+    terms, radii = law.times.size, np.linspace(0.0, 1.02 * _largest_radius(deepest), nodes)
     step, part = (uncompiled(new_step)(terms) for _ in range(2))
     relaxation = relaxation_of(law.strengths, law.times)
-    return Contact(tabor, law, relaxation, radii, np.zeros(_NODES), step, part, np.zeros((3, terms)))
+    return Contact(tabor, law, relaxation, radii, np.zeros(nodes), step, part, np.zeros((3, terms)))
 
 
 def load_steps() -> None:
     """Compile what a history takes, or load it from the cache, without one."""
     one, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
     law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, row, table, one, one)
-    contact, work = _contact_of(1.0, law, 0.0), uncompiled(new_work)()
-    first, spare = (uncompiled(new_state)(_NODES, 1, 0.0, 0.0) for _ in range(2))
+    contact, work = _contact_of(1.0, law, 0.0, 8), uncompiled(new_work)()
+    first, spare = (uncompiled(new_state)(8, 1, 0.0, 0.0) for _ in range(2))
     progress = Progress(uncompiled(new_records)(), first, spare, 0, 0.0, 1.0, 0.0, 0.0, 0.0, COMPLETED)
     follow(contact, LENNARD_JONES, Device(0.0, False), progress, np.empty(0), np.zeros(2), np.zeros(2), work)
     _rest_depths(contact, one, 1.0, 1.0)
@@ -189,15 +195,15 @@ def _start(contact: Contact, device: Device, state: State, glassy: bool) -> tupl
     return state._replace(mark=mark, next_mark=mark), True
 
 
-def _instants(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Instants (s,) at which steps end."""
+def _instants(times: FloatArray, values: FloatArray, steps: int) -> FloatArray:
+    """Instants (s,) at which steps end; there are `steps` in a ramp as long as the range of what is prescribed."""
     span = max(float(np.ptp(values)), 1e-300)
     parts = []
     for begin, end, change in zip(times[:-1], times[1:], np.abs(np.diff(values)), strict=True):
         if change == 0.0:
             shares = _HELD
         else:
-            even = np.linspace(0.0, 1.0, max(math.ceil(_STEPS * change / span), 8) + 1)[1:]
+            even = np.linspace(0.0, 1.0, max(math.ceil(steps * change / span), 8) + 1)[1:]
             shares = np.concatenate([_FIRST * even[0], even])
         parts.append(np.append(begin + (end - begin) * shares[:-1], end))
     return np.concatenate(parts)
