@@ -139,7 +139,7 @@ def _contact_of(tabor: float, law: EdgeLaw, deepest: float, nodes: int) -> Conta
 def load_steps() -> None:
     """Compile what a history takes, or load it from the cache, without one."""
     one, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
-    law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, row, table, one, one)
+    law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, one, row, table, one, one)
     contact, work = _contact_of(1.0, law, 0.0, 8), uncompiled(new_work)()
     first, spare = (uncompiled(new_state)(8, 1, 0.0, 0.0) for _ in range(2))
     progress = Progress(uncompiled(new_records)(), first, spare, 0, 0.0, 1.0, 0.0, 0.0, 0.0, COMPLETED)
