@@ -136,17 +136,24 @@ def simulate(
         count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
         first = _followed(scene, path, target, glassy, mesh, instants, budget)
         if not first.completed:
-            return first
+            return _without_profiles(first, scene)
         instants = informative_instants(first, count)
     elif profiles is not None:
         instants = checked_instants(profiles, path.times)
     if mesh is not None or profiles is not None:  # of the scene as it is
-        return _followed(scene, path, target, glassy, mesh, instants, budget)
+        return _without_profiles(_followed(scene, path, target, glassy, mesh, instants, budget), scene)
     simplified = simplified_scene(scene, path, target.target, glassy)
     trajectory = _on_branch(simplified.scene, path, target, budget) or _of_large_tabor(
         simplified.scene, path, target, glassy, budget
     )
     return _rescaled(trajectory, scene, simplified) if simplified.left_out else trajectory
+
+
+def _without_profiles(trajectory: Trajectory, scene: Scene) -> Trajectory:
+    """The trajectory; where boundary elements could not start, its status says that no other method has profiles."""
+    if trajectory.time.size or not is_sharp(scene):
+        return trajectory
+    return replace(trajectory, status=f"{trajectory.status}; a sharp crack has neither profiles nor a mesh")
 
 
 def _rescaled(trajectory: Trajectory, scene: Scene, simplified: SimplifiedScene) -> Trajectory:
