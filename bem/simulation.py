@@ -104,8 +104,9 @@ def simulate(
             where the budget does.
 
     Returns:
-        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through, which
-        its `status` says then. The status begins with "completed" or says where and why the trajectory ended; the
+        the trajectory. Its `accuracy` is the target, a tighter one where the coarse mesh found no way through, or of a
+        sharp crack the error that is expected; the `status` says where that is more than the target, because boundary
+        elements could not be started. The status begins with "completed" or says where and why the trajectory ended; the
         scalar results of an unfinished one are NaN.
 
     Raises:
