@@ -66,8 +66,8 @@ class Contact:
         status: "completed", or why the last step could not be taken; the state is then that before it.
 
     Raises:
-        ValueError: for input that is not a scene, an accuracy or an indentation, naming what is allowed, and for a Tabor
-            parameter too large for boundary elements.
+        ValueError: for input that is not a scene, an accuracy or an indentation, naming what is allowed, and for a
+            Tabor parameter too large for boundary elements.
 
     Examples:
         >>> import bem

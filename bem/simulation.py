@@ -106,8 +106,8 @@ def simulate(
     Returns:
         the trajectory. Its `accuracy` is the target, a tighter one where the coarse mesh found no way through, or of a
         sharp crack the error that is expected; the `status` says where that is more than the target, because boundary
-        elements could not be started. The status begins with "completed" or says where and why the trajectory ended; the
-        scalar results of an unfinished one are NaN.
+        elements could not be started. The status begins with "completed" or says where and why the trajectory ended;
+        the scalar results of an unfinished one are NaN.
 
     Raises:
         ValueError: for input that is not a scene, a protocol, an accuracy, an initial state, a mesh or instants, naming
