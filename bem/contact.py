@@ -66,7 +66,8 @@ class Contact:
         status: "completed", or why the last step could not be taken; the state is then that before it.
 
     Raises:
-        ValueError: for input that is not a scene, an accuracy or an indentation, naming what is allowed.
+        ValueError: for input that is not a scene, an accuracy or an indentation, naming what is allowed, and for a
+            Tabor parameter too large for boundary elements.
 
     Examples:
         >>> import bem
@@ -97,7 +98,10 @@ class Contact:
         self._steps: list[_Step] = []
         self._room = max(finite_number("deepest", deepest, high=LARGEST_INDENTATION), self._start)
         self.status = "completed"
-        self._begin()
+        try:
+            self._begin()
+        except MemoryError as error:
+            raise ValueError(f"Contact takes boundary elements and cannot start: {error}; received {scene}") from error
 
     def __repr__(self) -> str:
         return f"<Contact: time {self.time:g}, indentation {self.indentation:.6g}, force {self.force:.6g}>"

@@ -264,6 +264,8 @@ def operations(trajectory: Trajectory) -> float:
         return math.inf
     stats = trajectory.stats
     tried = stats.steps + stats.rejections
+    if stats.method == "sharp crack":
+        return (5500.0 + 1.7 * (stats.memory_vectors + 1) * stats.nodes) * max(tried, stats.iterations)
     return (
         5500.0 * tried
         + stats.iterations * stats.nodes**2

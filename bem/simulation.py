@@ -35,8 +35,9 @@ from bem.methods.records import (
     with_peaks,
     work_by_name,
 )
+from bem.methods.sharp_crack import STEP_ERROR, ZoneError, is_sharp, least_error, load_steps, march_crack
 from bem.methods.without_adhesion.hard_contact import follow_hard_contact
-from bem.problem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
+from bem.problem.accuracy import LOOSEST, NAMED_TARGETS, Accuracy, resolve_accuracy
 from bem.problem.indenter import PARABOLOID, tension_without_deformation
 from bem.problem.materials import Elastic, StandardLinearSolid
 from bem.problem.negligible_effects import SimplifiedScene, simplified_scene
@@ -55,6 +56,7 @@ from bem.results.profiles import MOST_PROFILES, checked_instants, informative_in
 from bem.results.trajectory import Jump, Statistics, Trajectory
 
 _MOST_REFINEMENTS = 3  # each halves the target error
+_FINENESS = 1, 4  # of the steps of a sharp crack
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations")
 REASONS = {
@@ -102,9 +104,10 @@ def simulate(
             where the budget does.
 
     Returns:
-        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through, which
-        its `status` says then. The status begins with "completed" or says where and why the trajectory ended; the
-        scalar results of an unfinished one are NaN.
+        the trajectory. Its `accuracy` is the target, a tighter one where the coarse mesh found no way through, or of a
+        sharp crack the error that is expected; the `status` says where that is more than the target, because boundary
+        elements could not be started. The status begins with "completed" or says where and why the trajectory ended;
+        the scalar results of an unfinished one are NaN.
 
     Raises:
         ValueError: for input that is not a scene, a protocol, an accuracy, an initial state, a mesh or instants, naming
@@ -134,17 +137,24 @@ def simulate(
         count = whole_number("profiles", profiles, low=2, high=MOST_PROFILES)
         first = _followed(scene, path, target, glassy, mesh, instants, budget)
         if not first.completed:
-            return first
+            return _without_profiles(first, scene)
         instants = informative_instants(first, count)
     elif profiles is not None:
         instants = checked_instants(profiles, path.times)
     if mesh is not None or profiles is not None:  # of the scene as it is
-        return _followed(scene, path, target, glassy, mesh, instants, budget)
+        return _without_profiles(_followed(scene, path, target, glassy, mesh, instants, budget), scene)
     simplified = simplified_scene(scene, path, target.target, glassy)
-    trajectory = _on_branch(simplified.scene, path, target, budget) or _followed(
-        simplified.scene, path, target, glassy, None, instants, budget
+    trajectory = _on_branch(simplified.scene, path, target, budget) or _of_large_tabor(
+        simplified.scene, path, target, glassy, budget
     )
     return _rescaled(trajectory, scene, simplified) if simplified.left_out else trajectory
+
+
+def _without_profiles(trajectory: Trajectory, scene: Scene) -> Trajectory:
+    """The trajectory; where boundary elements could not start, its status says that no other method has profiles."""
+    if trajectory.time.size or not is_sharp(scene):
+        return trajectory
+    return replace(trajectory, status=f"{trajectory.status}; a sharp crack has neither profiles nor a mesh")
 
 
 def _rescaled(trajectory: Trajectory, scene: Scene, simplified: SimplifiedScene) -> Trajectory:
@@ -173,6 +183,51 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     if result.outcome in _RETRIED:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
+
+
+def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, budget: float) -> Trajectory:
+    """The trajectory by a sharp crack where its expected error is small enough, else by boundary elements.
+
+    Where these do not answer, that of the crack if they could not be started, or their status with what the crack could
+    do.
+    """
+    least = least_error(scene, path, _FINENESS[-1]) if is_sharp(scene) else math.inf
+    crack = _as_crack(scene, path, target.target, glassy, budget) if least <= target.target else None
+    if crack and crack.accuracy <= target.target:
+        return crack
+    stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
+    if stepped.completed or least > LOOSEST:
+        return stepped
+    crack = crack or _as_crack(scene, path, LOOSEST, glassy, budget)
+    if not crack or crack.accuracy > LOOSEST:
+        return stepped
+    reason = stepped.status.removeprefix("not started: ")
+    if reason == stepped.status:
+        return replace(stepped, status=f"{reason}; accuracy={crack.accuracy:.2g} is within reach of a sharp crack")
+    return replace(
+        crack, status=f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})"
+    )
+
+
+def _as_crack(scene: Scene, path: Path, target: float, glassy: bool, budget: float) -> Trajectory | None:
+    """The trajectory of a contact with a sharp edge, of its expected error; None where there is no answer.
+
+    Steps and nodes are finer where that brings the error below the target.
+    """
+    load_kernels("sharp crack")
+    started = time.perf_counter()
+    try:
+        for fineness in _FINENESS:
+            result, error = march_crack(scene, path, glassy=glassy, most_work=budget, fineness=fineness)
+            if not target < error < target + STEP_ERROR * (1.0 - _FINENESS[0] / _FINENESS[-1]):
+                break
+    except ZoneError:
+        return None
+    borne = result.records.size > 0  # the first force
+    if result.outcome not in (COMPLETED, DETACHED) or (borne and math.isnan(error)):
+        return None
+    error = math.ceil(1e4 * error) / 1e4 if borne else 0.0
+    return _trajectory(scene, path, error, result, budget, "sharp crack", time.perf_counter() - started)
 
 
 def _checked(result: MarchResult, scene: Scene, path: Path, target: float) -> MarchResult:
@@ -225,9 +280,10 @@ def load_kernels(*names: str) -> None:
     """Compile what answers a scene, or load it from the cache, by following a tiny contact once.
 
     Args:
-        names: "boundary elements", "elastic curve" and "no adhesion", as far as they will be used; all by default.
+        names: "boundary elements", "elastic curve", "no adhesion" and "sharp crack", as far as they will be used; by
+            default all but the last, which only large Tabor parameters need.
     """
-    names = names or tuple(_KERNELS)
+    names = names or tuple(_KERNELS)[:-1]
     for number, name in enumerate(names):
         if name not in _loaded:
             seconds, load = _KERNELS[name]
@@ -258,6 +314,7 @@ _KERNELS = {
     "boundary elements": (30.0, _load_boundary_elements),
     "elastic curve": (12.0, _load_elastic_curve),
     "no adhesion": (6.0, _load_hard_contact),
+    "sharp crack": (25.0, load_steps),
 }
 """What is compiled together, with the seconds of one core that it takes."""
 _loaded: set[str] = set()

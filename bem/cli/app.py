@@ -210,7 +210,8 @@ def readable(trajectory: Any) -> str:
         for jump in trajectory.jumps
     ]
     stats = trajectory.stats
-    lines.append(f"cost: {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, target error {trajectory.accuracy:g}")
+    error = "expected error" if stats.method == "sharp crack" else "target error"
+    lines.append(f"cost: {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, {error} {trajectory.accuracy:g}")
     return "\n".join(lines)
 
 

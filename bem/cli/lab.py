@@ -20,6 +20,7 @@ from bem.cli.arguments import (
     MATERIAL_HELP,
     File,
     Material,
+    Number,
     Text,
     by_force,
     entry_of,
@@ -45,8 +46,9 @@ Range = Annotated[
 Poisson = Annotated[
     float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
-Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
-LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
+Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
+LARGEST = "Above this Tabor parameter an effective, longer gap is simulated"
+LargestTabor = Annotated[float, option(f"{LARGEST}.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
@@ -89,7 +91,9 @@ def simulate_si(
     gap: Gap = None,
     retardation_time: Annotated[Text, option("Unit of the material's times, e.g. 100ms.")] = None,
     material: Material = "elastic",
-    largest_tabor: LargestTabor = 3.0,
+    largest_tabor: Annotated[
+        Number, option(f"{LARGEST}; 3 by default, 10000 for a viscoelastic solid with an equilibrium gap of your own.")
+    ] = None,
     force_sign: ForceSign = "tension",
     accuracy: Accuracy = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
@@ -106,10 +110,12 @@ def simulate_si(
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
     from bem._support.text_files import plain
-    from bem.lab.setup import EffectiveRangeWarning, Setup
+    from bem.lab.setup import HIGHEST_TABOR, LARGEST_TABOR, EffectiveRangeWarning, Setup
     from bem.lab.units import readable
     from bem.simulation import simulate as run
 
+    if largest_tabor is None:
+        largest_tabor = LARGEST_TABOR if gap is None or material == "elastic" else HIGHEST_TABOR
     setup = Setup(
         radius=radius,
         work_of_adhesion=work_of_adhesion,
@@ -163,6 +169,7 @@ def simulate_si(
         lines.append("contact radius above the radius: no theory of a half-space holds; are the units right?")
     if setup.range_is_effective:
         lines.append(f"effective range {readable(setup.gap, 'm')}, Tabor parameter {setup.tabor:.3g}")
+    lines.append(f"relative error of the force: {curve.accuracy:g}")
     typer.echo("\n".join(lines))
     say_written(outputs)
 

@@ -51,6 +51,7 @@ class ForceCurve(Tabular):
         pull_off_interval: band of its pull-off force, in N, positive in tension; else `None`.
         detached: whether the contact had ended by the last point; without a word of it, whether its contact radius had,
             or `None` where that was not measured.
+        accuracy: relative error to be expected of a simulated curve.
         model: name of the model that predicted the curve.
         coverage: share of true forces that its band is to contain.
 
@@ -68,6 +69,7 @@ class ForceCurve(Tabular):
     force_upper: FloatArray | None = None
     pull_off_interval: tuple[float, float] | None = None
     detached: bool | None = None
+    accuracy: float | None = None
     model: str = ""
     coverage: float | None = None
 

@@ -8,7 +8,8 @@ With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the
 and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
 
 Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of hundreds, beyond
-what a mesh resolves. The gap h0 is then an effective range, at which the Tabor parameter is `largest_tabor`:
+what a mesh resolves. The gap h0 is then an effective range, at which the Tabor parameter is `largest_tabor`. The sharp
+crack answers a viscoelastic contact at its own Tabor parameter, from about 100 on; `largest_tabor` = 1e4 asks for it.
 
 - In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
   is large, in the JKR limit.
@@ -41,6 +42,7 @@ from bem.problem.protocol import (
     default_start_indentation,
     history_of,
 )
+from bem.problem.scene import LARGEST_TABOR as HIGHEST_TABOR
 from bem.problem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
@@ -131,7 +133,7 @@ class Setup:
                 object.__setattr__(self, name, value)
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
         object.__setattr__(self, "poisson_ratio", ratio)
-        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=50.0)
+        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=HIGHEST_TABOR)
         if self.half_angle is not None:
             finite_number("half_angle", self.half_angle, above=0.0, high=89.0)
         if not self.tabor >= 1e-6:
@@ -336,7 +338,7 @@ class Setup:
                 EffectiveRangeWarning,
                 stacklevel=3,
             )
-        names = ("detached", "model", "coverage", "force_lower", "force_upper", "pull_off_interval")
+        names = ("accuracy", "detached", "model", "coverage", "force_lower", "force_upper", "pull_off_interval")
         found = {name: getattr(trajectory, name) for name in names if getattr(trajectory, name, None) is not None}
         found |= {name: found[name] * self.force_scale for name in ("force_lower", "force_upper") if name in found}
         if "pull_off_interval" in found:

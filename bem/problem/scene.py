@@ -23,8 +23,8 @@ class Scene:
     """One contact.
 
     Args:
-        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver resolves elastic contacts up to about 1000 and
-            viscoelastic ones up to about 100, and says so beyond.
+        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; boundary elements resolve elastic contacts up to about 1000
+            and viscoelastic ones up to about 50; larger viscoelastic ones are sharp cracks.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         adhesion: the traction law, `LennardJones()`, `ConstantStress()`, `Exponential()` or a `TractionLaw` of your
             own; `HardContact()` is none.

@@ -80,7 +80,7 @@ class Statistics:
     """Numbers of steps, iterations and nodes of a simulation; only `seconds` depends on the machine."""
 
     method: str = "boundary elements"
-    """Which solution answered: "boundary elements", "elastic branch", "Hertz" or "elements"."""
+    """Which solution answered: "boundary elements", "sharp crack", "elastic branch", "Hertz" or "elements"."""
     left_out: tuple[str, ...] = ()
     """Effects of the scene that were too small to matter; see `bem.problem.negligible_effects`."""
     left_out_error: float = 0.0
@@ -126,7 +126,7 @@ class Trajectory(Tabular):
     jumps: tuple[Jump, ...]
     stats: Statistics
     accuracy: float
-    """Target relative error."""
+    """Target relative error; that which is expected, of a sharp crack."""
     unloading: np.ndarray
     """(n,) bool: entries that belong to an unloading segment, its first instant included."""
     energy_balance: float = np.nan

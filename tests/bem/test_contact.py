@@ -112,3 +112,8 @@ def test_absurd_steps_leave_the_state(monkeypatch):
             else:
                 assert np.isfinite([contact.force, contact.indentation]).all()
     assert failed > 100
+
+
+def test_a_real_bead_is_refused():
+    with pytest.raises(ValueError, match=r"Contact takes boundary elements and cannot start: .* grid nodes"):
+        Contact(Scene(1000.0, SLS))

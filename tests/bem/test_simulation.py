@@ -53,15 +53,63 @@ def test_a_tighter_accuracy_spends_more():
     assert draft.nodes < standard.nodes < reference.nodes
 
 
-def test_impossible_scene_is_not_started():
+@pytest.mark.parametrize("profiles", [5, [0.0, 1.0]])
+def test_profiles_of_a_bead_are_refused(profiles):
     protocol = dataclasses.replace(PROTOCOL, peak_indentation=100.0)
-    trajectory = simulate(Scene(tabor=200.0, material=SOFT), protocol)
+    trajectory = simulate(Scene(tabor=200.0, material=SOFT), protocol, profiles=profiles)
     assert trajectory.status.startswith("not started: the contact edge needs ")
+    assert trajectory.status.endswith("; a sharp crack has neither profiles nor a mesh")
     assert int(trajectory.status.split("needs ")[1].split()[0]) > 150_000
     assert not trajectory.completed
     assert all(getattr(trajectory, name).size == 0 for name in ARRAYS)
     assert np.isnan([trajectory.pull_off_force, trajectory.hysteresis, trajectory.max_compression]).all()
     assert trajectory.stats.steps == 0
+
+
+BEAD = Scene(1000.0, SOFT)
+CYCLE = LoadingProtocol(
+    peak_indentation=2e3, loading_rate=1e3, dwell_time=1.0, unloading_rate=1e4, start_indentation=-9e3
+)
+
+
+@pytest.mark.parametrize("accuracy", ["standard", 0.02])
+def test_a_bead_is_a_sharp_crack(accuracy):
+    trajectory = simulate(BEAD, CYCLE, accuracy)
+    assert (trajectory.status, trajectory.stats.method) == ("completed", "sharp crack")
+    assert trajectory.accuracy < 0.004
+    assert trajectory.detached
+    assert [jump.force_after > jump.force_before for jump in trajectory.jumps] == [True, False]
+    assert sum(trajectory.stats.steps_by_phase.values()) == trajectory.stats.steps > 100
+    assert trajectory.indentation[[0, -1]] == pytest.approx([-9e3, -9e3])
+    assert 1.5 < trajectory.pull_off_force < 15.0
+
+
+def test_accuracy_that_holds_is_said():
+    trajectory = simulate(BEAD, CYCLE, 2e-4)
+    assert trajectory.completed
+    assert trajectory.accuracy > 2e-4
+    assert trajectory.status.startswith(
+        f"completed (accuracy {trajectory.accuracy:.2g} in place of 0.0002: the contact"
+    )
+
+
+def test_failed_refinement_says_what_is_near():
+    trajectory = simulate(Scene(40.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160]), 2e-3, most_work=1e9)
+    assert trajectory.status.endswith(" is within reach of a sharp crack")
+    error = float(trajectory.status.split("accuracy=")[1].split()[0])
+    answer = simulate(Scene(40.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160]), error)
+    assert (answer.completed, answer.stats.method) == (True, "sharp crack")
+
+
+def test_no_zone_is_no_traceback():
+    """The law's fall is too narrow for the zone's nodes; boundary elements need more nodes than are allowed."""
+    trajectory = simulate(Scene(1000.0, SOFT, ConstantStress(0.05)), CYCLE)
+    assert trajectory.status.startswith("not started: the contact edge needs ")
+
+
+def test_small_tabor_needs_no_tables(monkeypatch):
+    monkeypatch.setattr(simulation, "march_crack", None)
+    assert run(tabor=3.0).stats.method == "boundary elements"
 
 
 @pytest.mark.parametrize(("tabor", "last"), [(0.5, -2.0), (2.5, -6.0), (2.5, 21.0)])
@@ -155,8 +203,13 @@ LARGE_MU = {
 }
 
 
+def by_elements(scene, path, accuracy, **options):
+    """Boundary elements answer where profiles are asked for."""
+    return simulate(scene, path, accuracy, profiles=path.times[-1:], **options)
+
+
 def test_contact_beyond_its_fold_is_released():
-    trajectory = simulate(*LARGE_MU["40"], "draft")
+    trajectory = by_elements(*LARGE_MU["40"], "draft")
     assert (trajectory.status, trajectory.stats.attempts) == ("completed", 1)
     assert trajectory.detached
     released = trajectory.jumps[-1]
@@ -170,7 +223,7 @@ def test_contact_beyond_its_fold_is_released():
 @pytest.mark.parametrize("accuracy", ["draft", 1e-3])
 @pytest.mark.parametrize("name", LARGE_MU)
 def test_large_tabor_ends_at_its_budget(name, accuracy):
-    trajectory = simulate(*LARGE_MU[name], accuracy, most_work=5e9)
+    trajectory = by_elements(*LARGE_MU[name], accuracy, most_work=5e9)
     assert trajectory.status.removeprefix("not started: ").startswith("stopped at the budget of 5e+09 multiply-adds; ")
     assert trajectory.stats.multiply_adds < 5.5e9
 

@@ -25,7 +25,7 @@ from bem.methods.sharp_crack.tail import strain_ahead
 
 _LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
 _GROWTH = 2.5  # of the travel that is tried
-_HALVINGS = 45
+_HALVINGS, _PRECISION = 45, 1e-5
 CELLS = 4  # between nodes behind the edge, whose weights a state has
 
 
@@ -150,7 +150,7 @@ def opened_radius(contact: Contact, opening: Opening) -> float:
                     radius = middle
                 else:
                     held = middle
-                if held - radius <= 1e-3 * (opening.radius - radius):
+                if held - radius <= _PRECISION * (opening.radius - radius):
                     break
             return 0.5 * (held + radius)
         held, travel = radius, travel * _GROWTH
@@ -228,7 +228,7 @@ def closed_radius(
             free = middle
         else:
             held = middle
-        if held - free <= 1e-3 * max(held - edge, 1e-12):
+        if held - free <= _PRECISION * max(held - edge, 1e-12):
             break
     return 0.5 * (held + free)
 

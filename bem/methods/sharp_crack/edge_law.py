@@ -45,6 +45,7 @@ class EdgeLaw(NamedTuple):
     closing: np.ndarray  # (v,): toughness of a closing edge
     behind: np.ndarray  # (v,): g at the inner end of its zone, over the far value
     strains: np.ndarray  # (v, m): strains there
+    reach: np.ndarray  # (v,): how far behind the edge that end lies
     log_run: np.ndarray  # (r,)
     log_closed: np.ndarray  # (w,): logarithm of the speed at which the resting zone closed; the first stands for rest
     left: np.ndarray  # (w, u): strains that were left, over sqrt(a / 2)
@@ -80,13 +81,14 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
     glassy, opening = opened[-1], [zone.far_value**2 / unit for zone in opened[: speeds.size]]
     open_work = np.clip(opening, 1.0, 1.0 / ratio)
 
-    closing, ends, shapes = [], [], []
+    closing, ends, shapes, reach = [], [], [], []
     for speed, zone in zip(speeds, equations.follow(speeds, elastic, closing=True), strict=True):
         closing.append(zone.far_value**2 / unit)
         openings = equations.openings(float(speed), zone)
         end = int(np.flatnonzero(openings[: equations.edge + 1] > _EMPTY * zone.far_value)[0])
         strain = equations.closing_strains(float(speed), zone)
         ends.append(strain[:, end])
+        reach.append(max(-z[end], ZONE_LENGTH * closing[-1]))
         total = strain.sum(axis=0)
         shapes.append(np.where(z > z[end], np.clip(1.0 - total / max(total[end], 1e-12), 0.0, 1.0), 0.0))
     close_work, strains = np.clip(closing, ratio, 1.0), np.array(ends)
@@ -111,6 +113,7 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
         close_work,
         (1.0 - total) / ratio,
         strains,
+        np.array(reach),
         np.log(runs[::-1] + RUN_OFFSET),
         np.log(np.append(speeds[chosen[0]] / 100.0, speeds[chosen])),
         left,
@@ -200,6 +203,18 @@ def inner_toughness(law: EdgeLaw, speed: float) -> float:
     """The same with g at the inner end of the zone in place of the far value."""
     log_speed = _logarithm(speed)
     return interpolated(law.log_speed, law.closing, log_speed) * interpolated(law.log_speed, law.behind, log_speed) ** 2
+
+
+@kernel
+def lagging_speed(law: EdgeLaw, before: float, speed: float, run: float) -> float:
+    """Speed to which the zone's inner end belongs, after a `run` at a new speed from `before`, 0 for any.
+
+    The strains there are those of an edge that has moved steadily over the distance between.
+    """
+    if before <= 0.0 or speed <= 0.0:
+        return speed
+    share = np.exp(-run / interpolated(law.log_speed, law.reach, _logarithm(speed)))
+    return before**share * speed ** (1.0 - share)
 
 
 @kernel

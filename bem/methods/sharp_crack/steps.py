@@ -28,6 +28,7 @@ from bem.methods.sharp_crack.edge_law import (
     closing_toughness,
     finite_zone,
     interpolated,
+    lagging_speed,
     snap_in_depth,
 )
 from bem.methods.sharp_crack.far_field import held_step, hold, release, surface
@@ -98,8 +99,9 @@ def _open(contact: Contact, old: State, time: float, depth: float, new: State, c
 
 @kernel
 def _close(
-    contact: Contact, old: State, time: float, depth: float, new: State, count: int, radius: float, speed: float
-) -> None:
+    contact: Contact, old: State, time: float, depth: float, new: State, count: int, radius: float, speed: float,
+    closed: float,
+) -> None:  # fmt: skip
     """Strains where the edge closes up to `radius`, into the arrays of `new`."""
     radii, relaxation, dt, edge, law = contact.radii, contact.relaxation, time - old.time, old.radius, contact.law
     ratio, between, ahead = relaxation.ratio, contact.work[1], contact.work[2]
@@ -116,11 +118,11 @@ def _close(
         contact.pulls[j] = (surface(radii[j], depth) - total_of(new.strains[j])) / ratio
         new.births[j] = old.time + met
     far = max(surface(radius, depth) - total_of(ahead), 0.0)
-    log_speed = np.log(max(speed * contact.tabor**2, 1e-300))
+    log_speed = np.log(max(closed, 1e-300))
     for i in range(ahead.size):
         new.outer[i] = ahead[i]
         new.inner[i] = ahead[i] + far * interpolated(law.log_speed, law.strains[:, i], log_speed)
-    _weigh(contact, radius - radii[nodes_inside(radii, radius) - 1], speed, far, new.weights)
+    _weigh(contact, radius - radii[nodes_inside(radii, radius) - 1], speed / contact.tabor**2, far, new.weights)
 
 
 @kernel
@@ -176,29 +178,34 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         growth,
         around,
     )
-    if edge > 0.0 and pull > 0.0 and excess(contact, opening, edge) > 0.0:
+    # What closes opens only where it is pulled more and more, and what has begun to open closes only where it is not.
+    opens, pulled = edge < rest_radius, pull * ratio > surface(edge, old.depth) - total_of(old.inner)
+    if edge > 0.0 and pull > 0.0 and (opens or pulled) and excess(contact, opening, edge) > 0.0:
         radius = opened_radius(contact, opening)
         if (rest_radius - radius) * unit >= _NEW_ZONE * ZONE_LENGTH:
             closed = 0.0
         bonded = _open(contact, old, time, depth, new, count, radius)
         mark = next_mark = (radius, time)
+    elif edge > 0.0 and opens and pulled:
+        radius = edge
     elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
         radius = closed_radius(contact, new, count, edge, mark, time, depth)
         if radius > edge:
             place, instant = mark
-            speed = (radius - place) / (time - instant)
-            _close(contact, old, time, depth, new, count, radius, speed)
-            closed = speed * unit
-            bonded = time - ZONE_LENGTH * closing_toughness(law, closed) / max(closed, 1e-300)
-            if (radius - next_mark[0]) * unit > _MARK * ZONE_LENGTH * closing_toughness(law, closed):
+            speed = (radius - place) / (time - instant) * unit
+            closed = lagging_speed(law, closed if edge > 0.0 else 0.0, speed, (radius - edge) * unit)
+            _close(contact, old, time, depth, new, count, radius, speed, closed)
+            zone_length = ZONE_LENGTH * closing_toughness(law, speed)
+            bonded = time - zone_length / max(speed, 1e-300)
+            if (radius - next_mark[0]) * unit > _MARK * zone_length:
                 mark, next_mark = next_mark, (radius, time)
     if radius > edge or (radius == edge and (rest_radius - radius) * unit > _FORGOTTEN * ZONE_LENGTH / ratio):
         rest_radius = radius
         for i in range(new.rest.size):
             new.rest[i] = new.outer[i]
-    left_rest = time if radius >= edge else old.left_rest
+    left_rest = time if radius >= rest_radius else old.left_rest
     if radius <= edge:
         stays = nodes_inside(radii, radius) == count
         for i in range(new.weights.size):

@@ -8,23 +8,36 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bem._support.jit import kernel, uncompiled
 from bem._support.validation import FloatArray
 from bem.methods.boundary_elements.discrete_problem import deepest_indentation, least_force
 from bem.methods.physical_bounds import within_bounds
-from bem.methods.records import COMPLETED, STEPS, MarchResult, new_work
+from bem.methods.records import (
+    COMPLETED,
+    DETACHED,
+    MOST_WORK,
+    MarchResult,
+    new_records,
+    new_work,
+    next_slice,
+)
 from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
-from bem.methods.sharp_crack.march import follow
-from bem.problem.protocol import ForceProtocol, Protocol, history_of
+from bem.methods.sharp_crack.march import Device, Progress, follow
+from bem.methods.sharp_crack.tail import ZONE_LENGTH, tail_of
+from bem.methods.sharp_crack.zone import press, zone_nodes
+from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.problem.scene import Scene
-from bem.problem.tractions import HardContact, law_of
+from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
 
-_NODES = 500
-_STEPS = 400  # of a ramp as long as the history's range of depths
+_NODES = 1000
+_STEPS = 600
 _FIRST = np.geomspace(1e-7, 1.0, 26)[:-1]  # steps after a corner, over the steps that follow
 _HELD = np.geomspace(1e-6, 1.0, 200)  # of a dwell
-_ERROR = 0.25
+_RADII, _SMALLEST = 4000, 1e-3  # of contacts at the start, and the smallest of them
+ZONE_ERROR, STEP_ERROR = 0.25, 1.5e-3
+"""Relative error by the finite zone, over the root of its length over the radius, and that by steps and nodes."""
 
 
 class SharpCrack(NamedTuple):
@@ -34,106 +47,163 @@ class SharpCrack(NamedTuple):
     error: float
 
 
-def march(scene: Scene, protocol: Protocol, *, glassy: bool = False) -> SharpCrack:
+def is_sharp(scene: Scene) -> bool:
+    """Whether the method is for a scene: a viscoelastic one with adhesion and a paraboloid."""
+    return not isinstance(scene.adhesion, HardContact) and scene.material.strengths.size > 0 and scene.indenter is None
+
+
+def march_crack(
+    scene: Scene,
+    path: PiecewiseLinearProtocol | ForceProtocol,
+    *,
+    glassy: bool = False,
+    most_work: float = MOST_WORK,
+    fineness: int = 1,
+) -> SharpCrack:
     """Follow a viscoelastic scene with adhesion.
 
     Args:
         scene: of any Tabor parameter, though the method is exact at large ones; see `expected_error`.
-        protocol: of the depth.
+        path: of indentation, that of the stage behind a spring, or of force.
         glassy: whether the sphere has just arrived at the start.
+        most_work: budget in multiply-adds.
+        fineness: factor of the numbers of nodes and steps; their error falls with it.
 
     Returns:
         the history, whose outcome says where it breaks a physical bound, and its expected relative error.
 
     Raises:
-        ValueError: for an elastic scene, one without adhesion, a spring, another indenter or a prescribed force.
+        ValueError: for an elastic scene, one without adhesion or with another indenter.
         ZoneError: where no process zone is found.
     """
-    path = history_of(protocol, scene.tabor)
     adhesion = scene.adhesion
-    if isinstance(adhesion, HardContact) or scene.material.strengths.size == 0:
-        raise ValueError(f"a sharp crack needs a viscoelastic solid and adhesion; received {scene}")
-    if scene.spring is not None or scene.indenter is not None or isinstance(path, ForceProtocol):
-        raise ValueError(f"a sharp crack needs a paraboloid whose depth is prescribed; received {scene}")
-    times, depths = np.array(path.times), np.array(path.indentations) / scene.tabor
-    contact = _contact_of(scene, edge_law(adhesion, scene.material), float(depths.max()))
-    terms = scene.material.strengths.size
-    first, spare = (new_state(_NODES, terms, float(times[0]), float(depths[0])) for _ in range(2))
-    first = _start(contact, first, glassy)
-    instants, counts = _instants(times, depths)
-    records, zone, steps = follow(contact, law_of(adhesion), first, spare, instants, times, depths)
-    work = new_work()
-    work[STEPS] = steps
-    states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
-    result, error = MarchResult(states, jumps, work, counts, np.zeros(2), COMPLETED), expected_error(zone)
+    if isinstance(adhesion, HardContact) or not is_sharp(scene):
+        raise ValueError(f"a sharp crack needs a viscoelastic solid, adhesion and a paraboloid; received {scene}")
     deepest = deepest_indentation(scene, path)
+    contact = _contact_of(scene.tabor, edge_law(adhesion, scene.material), deepest / scene.tabor, _NODES * fineness)
+    times, law = np.array(path.times), law_of(adhesion)
+    if isinstance(path, ForceProtocol):
+        device, values = Device(0.0, True), -path.forces
+    else:
+        compliance = 0.0 if scene.spring is None else 1.0 / (scene.spring * scene.tabor)
+        device, values = Device(compliance, False), path.indentations / scene.tabor
+    terms, work, begin = (
+        scene.material.strengths.size,
+        uncompiled(new_work)(most_work),
+        (float(times[0]), float(values[0])),
+    )
+    first, spare = (uncompiled(new_state)(contact.radii.size, terms, *begin) for _ in range(2))
+    first, balanced = _start(contact, device, first, glassy)
+    outcome, records, zone = DETACHED, uncompiled(new_records)(), 0.0
+    instants = _instants(times, values, _STEPS * fineness)
+    if balanced:
+        progress = Progress(records, first, spare, 0, first.time, 1.0, 0.0, -math.inf, 0.0, COMPLETED)
+        while progress.instant < instants.size and progress.outcome == COMPLETED:
+            progress = follow(contact, law, device, progress, instants, times, values, next_slice(work))
+        outcome, records, zone = progress.outcome, progress.records, progress.zone
+    states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
+    steps = np.histogram(np.unique(states["time"])[1:], np.nextafter(times, np.inf))[0]
+    result, error = MarchResult(states, jumps, work, steps, np.zeros(2), outcome), expected_error(zone, fineness)
     return SharpCrack(within_bounds(result, scene, least_force(scene, deepest), np.nan_to_num(error)), error)
 
 
-def expected_error(zone: float) -> float:
-    """Relative error of the pull-off force, from the length of the process zone over the radius there.
+def expected_error(zone: float, fineness: int = 1) -> float:
+    """Relative error of pull-off force and hysteresis, from the length of the process zone over the radius there.
 
-    Provisional: two numbers of the method were fitted to histories of Tabor parameters of 10 and 15 by boundary
-    elements, and no other histories have judged it. At 5 some errors exceed it. NaN where no contact was pulled.
+    NaN where nothing touched.
     """
-    return _ERROR * math.sqrt(zone) if zone > 0.0 else math.nan
+    return ZONE_ERROR * math.sqrt(zone) + STEP_ERROR / fineness if zone > 0.0 else math.nan
 
 
-def _contact_of(scene: Scene, law: EdgeLaw, deepest: float) -> Contact:
+def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol, fineness: int = 1) -> float:
+    """The expected error of the largest contact and shortest zone that a scene can have: known before any tables."""
+    radius = _largest_radius(deepest_indentation(scene, path) / scene.tabor)
+    return expected_error(ZONE_LENGTH / (scene.tabor**2 * radius), fineness)
+
+
+def _largest_radius(deepest: float) -> float:
+    """Radius of a relaxed contact of a depth in mu h0, by Johnson, Kendall and Roberts."""
     radius = 2.0
     for _ in range(60):
         radius = math.sqrt(max(deepest, 0.0) + math.sqrt(2.0 * math.pi * radius))
-    strengths, times = np.array(scene.material.strengths), np.array(scene.material.times)
-    terms = strengths.size
-    return Contact(
-        scene.tabor,
-        law,
-        relaxation_of(strengths, times),
-        np.linspace(0.0, 1.02 * radius, _NODES),
-        np.zeros(_NODES),
-        new_step(terms),
-        new_step(terms),
-        np.zeros((3, terms)),
-    )
+    return radius
 
 
-def _start(contact: Contact, state: State, glassy: bool) -> State:
-    """The state at the start: relaxed, as if it had been for ever, or glassy; in contact where surfaces do not part."""
-    law, depth, k = contact.law, state.depth, contact.law.ratio
+def _contact_of(tabor: float, law: EdgeLaw, deepest: float, nodes: int) -> Contact:
+    terms, radii = law.times.size, np.linspace(0.0, 1.02 * _largest_radius(deepest), nodes)
+    step, part = (uncompiled(new_step)(terms) for _ in range(2))
+    relaxation = relaxation_of(law.strengths, law.times)
+    return Contact(tabor, law, relaxation, radii, np.zeros(nodes), step, part, np.zeros((3, terms)))
+
+
+def load_steps() -> None:
+    """Compile what a history takes, or load it from the cache, without one."""
+    one, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
+    law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, one, row, table, one, one)
+    contact, work = _contact_of(1.0, law, 0.0, 8), uncompiled(new_work)()
+    first, spare = (uncompiled(new_state)(8, 1, 0.0, 0.0) for _ in range(2))
+    progress = Progress(uncompiled(new_records)(), first, spare, 0, 0.0, 1.0, 0.0, 0.0, 0.0, COMPLETED)
+    follow(contact, LENNARD_JONES, Device(0.0, False), progress, np.empty(0), np.zeros(2), np.zeros(2), work)
+    _rest_depths(contact, one, 1.0, 1.0)
+    zone_nodes(LENNARD_JONES)
+    press(LENNARD_JONES, np.ones(1, bool), -one, one, one)
+
+
+@kernel
+def _rest_depths(contact: Contact, radii: np.ndarray, toughness: float, compliance: float) -> np.ndarray:
+    """Depths (n,) at which contacts of `radii` (n,) are in balance."""
+    depths = np.empty(radii.size)
+    for i in range(radii.size):
+        radius, factor, far = radii[i], 1.0, 0.0
+        for _ in range(6):
+            far = np.sqrt(0.5 * np.pi * radius * toughness * factor)
+            growth = radius * radius / far
+            factor = finite_zone(contact.law, toughness / compliance**2, radius, contact.tabor, growth, 1.0)[0]
+        depths[i] = radius * radius - 2.0 * far
+    return depths
+
+
+def _start(contact: Contact, device: Device, state: State, glassy: bool) -> tuple[State, bool]:
+    """The state at the start, relaxed, as if it had been for ever, or glassy, and whether it is in balance.
+
+    In contact where surfaces do not part.
+    """
+    law, value, k = contact.law, state.depth, contact.law.ratio
     toughness, compliance = (k, k) if glassy else (1.0, 1.0)
     softness = math.log(compliance * contact.tabor**1.5)
-    if depth * contact.tabor < 1.0 - math.exp(np.interp(softness, law.log_softness, law.log_snap)):
-        return state
-    radii = np.linspace(1e-3, contact.radii[-1], 100_001)
-    far = 0.5 * (radii**2 - depth)
-    far_values = zip(radii[::100].tolist(), far[::100].tolist(), strict=True)
-    factors = [
-        finite_zone(law, toughness / compliance**2, radius, contact.tabor, radius**2 / max(value, 1e-9), 1.0)[0]
-        for radius, value in far_values
-    ]
-    held = (far < 0.0) | (2.0 * far**2 <= np.pi * radii * toughness * np.interp(radii, radii[::100], factors))
-    if not held.any():
-        return state
-    radius = float(radii[np.flatnonzero(held)[-1]])
+    gap = math.exp(np.interp(softness, law.log_softness, law.log_snap))
+    if not device.by_force and value * contact.tabor < 1.0 - gap:
+        return state, True
+    radii = np.linspace(_SMALLEST, contact.radii[-1], _RADII)
+    depths = _rest_depths(contact, radii, toughness, compliance)
+    forces = 4.0 / np.pi * (radii**3 / 6.0 - depths * radii / 2.0) / compliance
+    prescribed = -forces if device.by_force else depths - device.compliance * forces
+    borne = np.flatnonzero(prescribed <= value)
+    if not borne.size:
+        return state, not device.by_force
+    place = slice(borne[-1], borne[-1] + 2)
+    radius, depth, force = (
+        float(np.interp(value, prescribed[place], quantity[place])) for quantity in (radii, depths, forces)
+    )
     share = np.zeros(law.times.size) if glassy else law.strengths
     inside = contact.radii < radius
     state.strains[inside] = surface(contact.radii[inside], depth)[:, None] * share
     state.inner[:] = surface(radius, depth) * share
     state.births[:] = -1e9
-    force = 4.0 / np.pi * (radius**3 / 6.0 - depth * radius / 2.0) / (k if glassy else 1.0)
     mark = (radius, state.time)
-    return state._replace(force=force, radius=radius, rest_radius=radius, bonded=-1e9, mark=mark, next_mark=mark)
+    state = state._replace(depth=depth, force=force, radius=radius, rest_radius=radius, bonded=-1e9)
+    return state._replace(mark=mark, next_mark=mark), True
 
 
-def _instants(times: FloatArray, depths: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Instants (s,) at which steps end, and how many there are in each segment (p - 1,)."""
-    span = max(float(np.ptp(depths)), 1e-300)
+def _instants(times: FloatArray, values: FloatArray, steps: int) -> FloatArray:
+    """Instants (s,) at which steps end; there are `steps` in a ramp as long as the range of what is prescribed."""
+    span = max(float(np.ptp(values)), 1e-300)
     parts = []
-    for begin, end, change in zip(times[:-1], times[1:], np.abs(np.diff(depths)), strict=True):
+    for begin, end, change in zip(times[:-1], times[1:], np.abs(np.diff(values)), strict=True):
         if change == 0.0:
             shares = _HELD
         else:
-            even = np.linspace(0.0, 1.0, max(math.ceil(_STEPS * change / span), 8) + 1)[1:]
+            even = np.linspace(0.0, 1.0, max(math.ceil(steps * change / span), 8) + 1)[1:]
             shares = np.concatenate([_FIRST * even[0], even])
         parts.append(np.append(begin + (end - begin) * shares[:-1], end))
-    return np.concatenate(parts), np.array([part.size for part in parts])
+    return np.concatenate(parts)

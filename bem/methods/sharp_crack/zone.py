@@ -186,7 +186,7 @@ class ZoneEquations:
             part = min(longest, 1.0 / max(float(limits.max()), 1e-300))
             new = gaps + part * step
             wanted = np.minimum(traction + part * slope * step, LARGEST_TENSION)
-            _press(law, pressed, wanted, gaps, new)
+            press(law, pressed, wanted, gaps, new)
             gaps, far_value = new, far_value + part * float(change[count])
             if part == longest and np.abs(step / gaps).max() < tolerance:
                 return Zone(gaps, far_value)
@@ -237,7 +237,7 @@ def _evaluate(law: Law, gaps: np.ndarray, tractions: np.ndarray, slopes: np.ndar
 
 
 @kernel
-def _press(law: Law, pressed: np.ndarray, wanted: np.ndarray, guess: np.ndarray, gaps: np.ndarray) -> None:
+def press(law: Law, pressed: np.ndarray, wanted: np.ndarray, guess: np.ndarray, gaps: np.ndarray) -> None:
     """Replace the gaps (n,) of pressed nodes by those of their wanted tractions (n,)."""
     for i in range(gaps.size):
         if pressed[i]:

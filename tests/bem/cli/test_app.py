@@ -113,7 +113,8 @@ def test_negative_work_is_no_dissipation():
 def test_unstarted_simulation_draws_nothing(tmp_path):
     table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
     picture.write_bytes(b"of an earlier run")
-    result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="5000", peak_indentation="100")
+    files = "--csv", str(table), "--plot", str(picture), "--filmstrip", str(tmp_path / "film.png")
+    result = invoke("--json", *files, tabor="5000", peak_indentation="100")
     assert result.exit_code == 1
     data = json.loads(result.stdout)
     assert data["status"].startswith("not started: ")
