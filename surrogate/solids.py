@@ -7,24 +7,38 @@ predicted pull-off time carries the predicted force. Units as in `bem.problem.pr
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
+from bem._support.validation import finite_number
+from bem._support.wording import shown
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.measurement_steps import PHYSICAL
 from bem.dataset.pull_off_steps import pull_off_grid
-from bem.problem.protocol import default_start_indentation
+from bem.problem.materials import Elastic, Material
+from bem.problem.protocol import LoadingProtocol, default_start_indentation
+from bem.problem.scene import Scene
 from surrogate.data.solid_features import FEATURES, PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
+from surrogate.intervals import LEVELS
 from surrogate.onnx.file import session_of
+from surrogate.solid_intervals import SolidIntervals
+from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
+from surrogate.validity import contacts
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
 FORMAT = "viscoelastic-contact-solids"
+INTERVALS = "intervals.npz"
+TOLERANCE, FEATURE_MARGIN = 1e-3, 0.1
+"""How far outside its range in the training a feature may lie, in widths of it: as inside, and with a warning."""
 _BATCH = 4096
 
 
@@ -54,7 +68,7 @@ def scalars_of(targets: np.ndarray, begin: np.ndarray, unloading_rate: np.ndarra
 
 
 def curve_targets(force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
-    """What stage two learns: of the force (batch, steps), less that without adhesion, in units of the pull-off force."""
+    """What stage two learns of the force (batch, steps), less that without adhesion, in units of the pull-off force."""
     return np.arcsinh((force - without) / pull_off_force[:, np.newaxis])
 
 
@@ -78,7 +92,7 @@ class SolidSurrogate:
         counts: Points of loading, dwell and unloading.
         name: Name of the model.
         ranges: Low and high of each feature in the training, shape (features, 2).
-        intervals: What is known of the errors of the scalars; `None` if nothing is.
+        intervals: What is known of the errors of the scalars.
     """
 
     def __init__(
@@ -88,8 +102,9 @@ class SolidSurrogate:
         counts: tuple[int, int, int] = PHYSICAL,
         name: str = "",
         ranges: np.ndarray | None = None,
+        intervals: SolidIntervals | None = None,
     ) -> None:
-        self.stages, self.counts, self.name, self.ranges = stages, counts, name, ranges
+        self.stages, self.counts, self.name, self.ranges, self.intervals = stages, counts, name, ranges, intervals
 
     @classmethod
     def load(cls, folder: str | Path) -> SolidSurrogate:
@@ -103,7 +118,11 @@ class SolidSurrogate:
         run = read_record(folder)
         scalars, curve = (read_intact(folder / name, run) for name in STAGES)
         counts, ranges = tuple(run["counts"]), np.array([run["ranges"][name] for name in FEATURES])
-        return cls((scalars, curve), counts=counts, name=folder.name, ranges=ranges)
+        intervals = None
+        if INTERVALS in run["sha256"]:
+            with np.load(BytesIO(read_intact(folder / INTERVALS, run))) as arrays:
+                intervals = SolidIntervals.of_arrays(dict(arrays))
+        return cls((scalars, curve), counts=counts, name=folder.name, ranges=ranges, intervals=intervals)
 
     @cached_property
     def _sessions(self) -> list[Any]:
@@ -111,6 +130,120 @@ class SolidSurrogate:
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_sessions"}
+
+    @overload
+    def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> SolidTrajectory: ...
+    @overload
+    def predict(
+        self, scene: Sequence[Scene], protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
+    ) -> list[SolidTrajectory]: ...
+    def predict(
+        self,
+        scene: Scene | Sequence[Scene],
+        protocol: LoadingProtocol | Sequence[LoadingProtocol],
+        *,
+        coverage: float = 0.9,
+    ) -> SolidTrajectory | list[SolidTrajectory]:
+        """Predict what `bem.simulate` would compute, for one scene and protocol or for as many of each.
+
+        Args:
+            scene: Scenes of Lennard-Jones adhesion, a paraboloid, no spring, and any material of the package.
+            protocol: Their protocols, each with a dwell, in the units of the material's times.
+            coverage: Share of true values that the intervals are to contain, up to 0.99.
+
+        Returns:
+            One trajectory, or a list of them in order. Its `extrapolated` lists the features outside those of the
+            training, where intervals are infinite; farther outside than `FEATURE_MARGIN`, results are NaN.
+
+        Raises:
+            ValueError: a scene is of another kind, a protocol has no dwell, or one contact lies outside the margin.
+        """
+        clock = time.perf_counter()
+        single = isinstance(scene, Scene)
+        scenes, paths = ([scene], [protocol]) if isinstance(scene, Scene) else (list(scene), list(protocol))
+        coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
+        tabor, _ = contacts([replace(entry, material=Elastic()) for entry in scenes], len(paths))
+        if strange := [path for path in paths if not isinstance(path, LoadingProtocol) or path.dwell_time <= 0.0]:
+            raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
+        if default := [path for path in paths if path.start_indentation is not None]:
+            raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
+        terms = max(1, *(len(entry.material.times) for entry in scenes))
+        strengths, times = np.zeros((len(scenes), terms)), np.ones((len(scenes), terms))
+        unit = np.empty(len(scenes))
+        for row, (entry, path) in enumerate(zip(scenes, paths, strict=True)):
+            solid = entry.material
+            strengths[row, : len(solid.times)] = solid.strengths
+            unit[row] = _unit_of_time(solid, path)
+            times[row, : len(solid.times)] = np.asarray(solid.times) / unit[row]
+        quantities = {name: np.array([getattr(path, name) for path in paths]) for name in PROTOCOL[1:]}
+        scales = {"loading_rate": unit, "unloading_rate": unit, "dwell_time": 1.0 / unit}
+        quantities = {name: values * scales.get(name, 1.0) for name, values in quantities.items()}
+        found = self.predict_many({"tabor": tabor} | quantities, strengths, times)
+        return self._trajectories(found, unit, (strengths > 0.0).sum(axis=1), coverage, clock, single=single)
+
+    def _trajectories(
+        self,
+        found: dict[str, np.ndarray],
+        unit: np.ndarray,
+        terms: np.ndarray,
+        coverage: float,
+        clock: float,
+        *,
+        single: bool,
+    ) -> SolidTrajectory | list[SolidTrajectory]:
+        """The results of `predict_many` as trajectories, in times of the solids' own units."""
+        outside = self._outside(found["features"])
+        reasons = [
+            f"features must be those of the training of {self.name}; received {', '.join(texts)}" if far else ""
+            for texts, far in outside
+        ]
+        if single and reasons[0]:
+            raise ValueError(reasons[0])
+        turn = sum(self.counts[:2])
+        times = found["times"] * unit[:, np.newaxis]
+        half = np.full(found["targets"].shape, np.inf)
+        if self.intervals is not None:
+            half = self.intervals.half_widths(found["features"], terms, coverage)
+        half[:, 2] *= found["hysteresis"]
+        readings = zip(found["pull_off_force"], found["pull_off_time"] * unit, found["hysteresis"], strict=True)
+        doubts = [
+            Doubt(coverage, None, tuple(map(float, reading)), row, np.empty(0))
+            for reading, row in zip(readings, half, strict=True)
+        ]
+        trajectories = predicted_trajectories(
+            times,
+            found["indentations"],
+            found["force"],
+            unloading_from=turn - 1,
+            seconds=(time.perf_counter() - clock) / len(times),
+            model=self.name,
+            extrapolated=[texts for texts, _ in outside],
+            doubts=doubts,
+            refusals=reasons,
+        )
+        own = [
+            SolidTrajectory(**vars(trajectory), compression=float(compression))
+            for trajectory, compression in zip(trajectories, found["max_compression"], strict=True)
+        ]
+        return own[0] if single else own
+
+    def _outside(self, features: np.ndarray) -> list[tuple[tuple[str, ...], bool]]:
+        """What of each contact lies outside the ranges of the features, as text, and whether it does by far."""
+        if self.ranges is None:
+            return [((), False)] * len(features)
+        low, high = self.ranges.T
+        width = np.maximum(high - low, 1e-9)
+        excess = np.maximum(low - features, features - high) / width
+        return [
+            (
+                tuple(
+                    f"{FEATURES[at]} {features[row, at]:.3g}, outside {low[at]:.3g} to {high[at]:.3g} (logarithms)"
+                    for at in np.flatnonzero(excess[row] > TOLERANCE)
+                ),
+                bool(excess[row].max() > FEATURE_MARGIN),
+            )
+            for row in range(len(features))
+        ]
 
     def predict_many(
         self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray, *, curve: bool = True
@@ -157,7 +290,43 @@ class SolidSurrogate:
         without = forces_without_adhesion(*grid, quantities["tabor"], *relaxation_spectra(*terms.values()))
         shape = self._sessions[1].run(["targets"], {"features": np.column_stack([features, targets])})[0]
         force = curve_of(shape, without, scalars["pull_off_force"])
+        turn = sum(self.counts[:2])
+        # No force of the unloading exceeds the pull-off force, which is the one at its instant.
+        force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])
+        pull_off = turn + np.abs(grid[0][:, turn:] - scalars["pull_off_time"][:, np.newaxis]).argmin(axis=1)
+        force[np.arange(len(force)), pull_off] = scalars["pull_off_force"]
         return results | {"times": grid[0], "indentations": grid[1], "force": force}
+
+
+@dataclass(frozen=True, repr=False)
+class SolidTrajectory(PredictedTrajectory):
+    """A trajectory whose scalar results come from outputs of their own, not from its curve; its curve has no bands."""
+
+    compression: float = np.nan
+
+    @property
+    def max_compression(self) -> float:
+        """Smallest force: largest compression, negative."""
+        return self.compression if self.completed else np.nan
+
+    def _band(self, *_: Any) -> np.ndarray | None:
+        return None
+
+
+def _unit_of_time(solid: Material, protocol: LoadingProtocol) -> float:
+    """The mean retardation time of a solid, geometric and weighted by the strengths.
+
+    An elastic solid has none; it gets one that brings the rates of its protocol to the middle of their ranges.
+    """
+    if not len(solid.times):
+        return float(10.0 / np.sqrt(protocol.loading_rate * protocol.unloading_rate))
+    return float(np.exp(np.sum(solid.strengths * np.log(solid.times)) / np.sum(solid.strengths)))
+
+
+def write_intervals(folder: Path, intervals: SolidIntervals) -> None:
+    """Write the intervals of a model into its folder."""
+    np.savez_compressed(folder / INTERVALS, **intervals.as_arrays())
+    write_run(folder, read_record(folder))
 
 
 def write_model(

@@ -6,8 +6,8 @@ r"""Train a model of any linear solid in two stages: scalar results first, then 
 
 Stage one maps the features of `surrogate.data.solid_features` to pull-off force and time, hysteresis and largest
 compression. Stage two maps the features and what stage one says to the force at steps around the pull-off
-(`bem.dataset.pull_off_steps`), less that without adhesion, in units of the pull-off force. It learns at the steps around
-the true pull-off and is read at those around the predicted one, so that the curve has its peak where the scalars say.
+(`bem.dataset.pull_off_steps`), less that without adhesion, in units of the pull-off force. It learns at the steps
+around the true pull-off and is read at those around the predicted one, so that its peak is where the scalars say.
 An interrupted training is resumed by the same command.
 """
 
