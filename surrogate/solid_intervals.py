@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from surrogate.data.polynomial import Polynomial
 from surrogate.intervals import LEVELS, UNSEEN, _quantiles
-from surrogate.onnx.solid_graph import Polynomial
 
 GROUPS = 5
 FEW = 4

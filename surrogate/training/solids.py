@@ -29,9 +29,10 @@ from bem.dataset.lee_radok import relaxation_spectra
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
 from surrogate.data.examples import Examples
+from surrogate.data.polynomial import Polynomial
 from surrogate.data.solid_features import forces_without_adhesion, solid_features
 from surrogate.onnx.file import sha256
-from surrogate.onnx.solid_graph import Polynomial, stage_content
+from surrogate.onnx.solid_graph import stage_content
 from surrogate.solids import SCALARS, curve_targets, scalar_targets, values_of, write_model
 from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe

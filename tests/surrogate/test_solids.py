@@ -10,8 +10,8 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.solids import Solids
+from surrogate.data.polynomial import Polynomial
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
-from surrogate.onnx.solid_graph import Polynomial
 from surrogate.solid_intervals import KINDS, SolidIntervals
 from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, scalars_of, write_intervals
 from tests.bem.dataset.helpers import run_here
