@@ -19,7 +19,9 @@ from surrogate.data.scaling import Scaling
 from surrogate.onnx.file import ONNX_NAME, sha256
 
 WEIGHTS = "model.weights.h5"
-SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz")
+STAGES = ("scalars.onnx", "curve.onnx")
+"""Files of a model of any linear solid (`surrogate.solids`)."""
+SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz", *STAGES, "intervals.npz")
 """Files whose SHA-256 sums are in `run.json`, in the entry `sha256`, with that of all else in `run.json`."""
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""
@@ -122,7 +124,14 @@ def read_intact(path: Path, run: dict[str, Any]) -> bytes:
 
 
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
-    """Return the content of `run.json` of a model directory, and its scaling.
+    """Return the content of `run.json` of a model directory, and its scaling; errors as of `read_record`."""
+    run = read_record(folder)
+    scaling = folder / "scaling.json"
+    return run, Scaling.from_json(read_intact(scaling, run).decode(), scaling)
+
+
+def read_record(folder: Path) -> dict[str, Any]:
+    """Return the content of `run.json` of a model directory.
 
     Raises:
         FileNotFoundError: a file is missing.
@@ -136,8 +145,7 @@ def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
         raise _damage(path) from error
     if not intact:
         raise _damage(path)
-    scaling = folder / "scaling.json"
-    return run, Scaling.from_json(read_intact(scaling, run).decode(), scaling)
+    return run
 
 
 def _sum_of(run: dict[str, Any]) -> str:

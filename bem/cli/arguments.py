@@ -127,6 +127,19 @@ def entry_of(text: str) -> Any:
     return load(matches[0]) if len(matches) == 1 else None
 
 
+def parse_solids(text: str) -> tuple[Any, float]:
+    """The solids of a design that a word describes (`bem.cli.campaign.SOLIDS_HELP`), and their modulus ratio."""
+    from bem.dataset.solids import Solids
+
+    if (entry := entry_of(text)) is None:
+        return Solids.of(text), 0.1
+    ratio = entry.material.modulus_ratio
+    if not ratio < 1.0:
+        raise ValueError(f"solids must relax; received {text}, which is elastic")
+    shares = entry.material.strengths / (1.0 - ratio)
+    return Solids("spectrum", shares=tuple(shares.tolist()), times=tuple(entry.material.times.tolist())), ratio
+
+
 def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bool:
     """Whether a force is prescribed and not a cycle.
 

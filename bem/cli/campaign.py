@@ -10,11 +10,27 @@ import typer
 from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.provenance import command_line
-from bem.cli.arguments import File, Text, option, parse_ranges, parse_ratio, parse_shard, read_design_file
+from bem.cli.arguments import (
+    File,
+    Text,
+    option,
+    parse_ranges,
+    parse_ratio,
+    parse_shard,
+    parse_solids,
+    read_design_file,
+)
 
 DESIGN_HELP = "How protocols are drawn; as in the paper by default."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."
-STEPS_HELP = "Where forces are stored: uniform steps as in the paper (the default), or physical ones."
+SOLIDS_HELP = (
+    "Random linear solids: prony or power-law, with :LOW-HIGH for other numbers of terms; or an entry of the materials "
+    "library or a .toml file, in units of its mean retardation time. Standard linear solids by default."
+)
+STEPS_HELP = (
+    "Where forces are stored: uniform steps as in the paper (the default), physical ones for standard linear solids, "
+    "or steps around the pull-off that is found."
+)
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
 
@@ -31,7 +47,8 @@ def campaign(
     design_file: Annotated[
         File, option("TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
     ] = None,
-    steps: Annotated[Literal["uniform", "physical"] | None, option(STEPS_HELP)] = None,
+    solids: Annotated[Text, option(SOLIDS_HELP)] = None,
+    steps: Annotated[Literal["uniform", "physical", "pull-off"] | None, option(STEPS_HELP)] = None,
     native: Annotated[bool, option("Keep the solver's own, adaptive histories too.")] = False,
     workers: Annotated[int | None, option("Processes; as many as cores by default.")] = None,
     cluster: Annotated[Text, option(CLUSTER_HELP)] = None,
@@ -56,12 +73,13 @@ def campaign(
         "accuracy": None if accuracy is None else parse_accuracy(accuracy),
         "modulus_ratio": None if modulus_ratio is None else parse_ratio(modulus_ratio),
         "steps": steps,
-        "counts": PHYSICAL if steps == "physical" else None,
+        "counts": PHYSICAL if steps in ("physical", "pull-off") else None,
     }
     settings = read_design_file(design_file) if design_file else {}
     settings |= {name: value for name, value in options.items() if value is not None}
     bounds = settings.pop("ranges", {}) | parse_ranges(ranges or [])
-    drawn = Design(settings.pop("design", "paper"), bounds, settings.pop("modulus_ratio", 0.1))
+    spectra, ratio = (None, 0.1) if solids is None else parse_solids(solids)
+    drawn = Design(settings.pop("design", "paper"), bounds, settings.pop("modulus_ratio", ratio), spectra)
     plan = Campaign(design=drawn, native=native, shard=parse_shard(shard), **settings)
     if cluster is None and not out.exists():
         load_kernels("boundary elements")  # before the workers would, each for itself

@@ -19,8 +19,9 @@ from bem.dataset import records
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS, STEPS, STEPS_VERSION, checked_counts
-from bem.dataset.records import RESULTS, Layout, Record, grid_of
+from bem.dataset.records import RESULTS, SOLIDS, Layout, Record, grid_of
 from bem.dataset.sealed_file import FORMAT
+from bem.dataset.solids import Solids, solid_of
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import resolve_accuracy
 from bem.problem.materials import Elastic, StandardLinearSolid
@@ -113,7 +114,8 @@ class Campaign(Job):
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own histories are kept too.
-        steps: 'uniform', or 'physical' for those of `bem.dataset.physical_steps`.
+        steps: 'uniform', 'physical' for those of `bem.dataset.physical_steps`, which know standard linear solids
+            alone, or 'pull-off' for those of `bem.dataset.pull_off_steps`.
         shard: (i, n) for the i-th of n interleaved shares, counting from 1, none of them empty.
 
     Raises:
@@ -134,6 +136,8 @@ class Campaign(Job):
         resolve_accuracy(self.accuracy)
         if self.steps not in STEPS:
             raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
+        if self.steps == "physical" and self.design.solids:
+            raise ValueError("steps must be uniform or pull-off for other solids; received 'physical'")
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
         object.__setattr__(self, "count", count)
@@ -150,8 +154,9 @@ class Campaign(Job):
         """
         try:
             number, total = identity["shard"].split("/")
+            solids = Solids.of(identity["solids"]) if "solids" in identity else None
             return cls(
-                design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
+                design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"], solids),
                 **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
                 counts=tuple(identity["counts"]),
                 steps=identity.get("steps", "uniform"),
@@ -166,6 +171,13 @@ class Campaign(Job):
     def protocols(self) -> dict[str, FloatArray]:
         """The quantities of all `count` protocols by name, whatever the shard."""
         return self.design.protocols(self.count, self.seed)
+
+    @functools.cached_property
+    def solids(self) -> tuple[FloatArray, FloatArray]:
+        """Retardation strengths and times of all `count` solids, (count, m) each; unused terms are 0 and 1."""
+        ratio = ({"modulus_ratio": self.design.modulus_ratio} | self.protocols)["modulus_ratio"]
+        shares, times = (self.design.solids or Solids(terms=(1, 1))).draw(self.count, self.seed)
+        return (1.0 - np.reshape(ratio, (-1, 1))) * shares, times
 
     @functools.cached_property
     def indices(self) -> np.ndarray:
@@ -196,7 +208,9 @@ class Campaign(Job):
             "solver": solver_name(solver),
         }
         # Uniform ones are not named, as before there were others.
-        return identity if self.steps == "uniform" else identity | {"steps": self.steps, "steps_version": STEPS_VERSION}
+        if self.steps != "uniform":
+            identity |= {"steps": self.steps, "steps_version": STEPS_VERSION}
+        return identity | ({"solids": self.design.solids.identity} if self.design.solids else {})
 
     def shard_path(self, out: Path) -> Path:
         """Where the data set goes: `out` itself, or beside it for one of several shards."""
@@ -210,17 +224,22 @@ class Campaign(Job):
         columns = (
             np.broadcast_to(drawn[name], self.count)[indices].tolist() for name in ("modulus_ratio", *QUANTITIES)
         )
+        ratios, *columns = columns
+        if self.design.solids:
+            materials = [solid_of(*terms) for terms in zip(*(values[indices] for values in self.solids), strict=True)]
+        else:
+            materials = [StandardLinearSolid(ratio) if ratio < 1.0 else Elastic() for ratio in ratios]
         return [
-            (
-                Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()),
-                LoadingProtocol(**dict(zip(QUANTITIES[1:], quantities, strict=True))),
-            )
-            for ratio, tabor, *quantities in zip(*columns, strict=True)
+            (Scene(tabor, material), LoadingProtocol(**dict(zip(QUANTITIES[1:], quantities, strict=True))))
+            for material, tabor, *quantities in zip(materials, *columns, strict=True)
         ]
 
     def inputs(self, indices: np.ndarray) -> dict[str, np.ndarray]:
-        """The quantities of some of the protocols."""
-        return {f"protocols/{name}": values[indices] for name, values in self.protocols.items()}
+        """The quantities of some of the protocols, and their solids."""
+        stored = {f"protocols/{name}": values[indices] for name, values in self.protocols.items()}
+        if self.design.solids:
+            stored |= zip(SOLIDS, (values[indices] for values in self.solids), strict=True)
+        return stored
 
     def kept(self, trajectory: Any, case: tuple[Scene, LoadingProtocol]) -> tuple[Record, Record]:
         """The work of any trajectory; what was measured of a completed one."""
@@ -231,7 +250,10 @@ class Campaign(Job):
             return work, {}
         scene, protocol = case
         drawn = {"tabor": scene.tabor} | {name: getattr(protocol, name) for name in QUANTITIES[1:]}
-        times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts)
+        terms = (scene.material.strengths, scene.material.times)
+        around = dict(zip(("strengths", "retardation_times"), (values[np.newaxis] for values in terms), strict=True))
+        around |= {"pull_off_time": trajectory.pull_off_time}
+        times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts, around)
         results: Record = {"fms/force": np.asarray(trajectory.at(times[0]), dtype=np.float32)}
         results |= {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
         for name in records.JUMP_QUANTITIES:

@@ -15,6 +15,7 @@ import numpy as np
 from bem._support.validation import FloatArray, finite_number, whole_number
 from bem._support.wording import shown
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.dataset.solids import Solids
 from bem.problem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
 from bem.problem.scene import LARGEST_TABOR, SMALLEST_TABOR
 
@@ -62,6 +63,7 @@ class Design:
             quantity. The paper's grid keeps its number of points in a changed range.
         modulus_ratio: relaxed over instantaneous modulus of every scene, in (0, 1]; or (low, high) of ratios drawn like
             the other quantities, by any design but 'paper'.
+        solids: where spectra come from; standard linear solids by default.
 
     Raises:
         ValueError: naming the quantity, the allowed range and the value received.
@@ -74,6 +76,7 @@ class Design:
     name: str = "paper"
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     modulus_ratio: float | tuple[float, float] = 0.1
+    solids: Solids | None = None
 
     def __post_init__(self) -> None:
         if self.name not in DESIGNS:

@@ -20,8 +20,9 @@ from bem._support.validation import FloatArray
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import STEPS, STEPS_VERSION
-from bem.dataset.records import COMPLETED, FAILED, SCALARS, Columns, Layout, grid_of, measured_layout
+from bem.dataset.records import COMPLETED, FAILED, SCALARS, SOLIDS, Columns, Layout, grid_of, measured_layout
 from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, arrays, open_dataset, seal
+from bem.dataset.solids import Solids
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -42,9 +43,11 @@ IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "c
 _RATES = ("protocols/tabor", "protocols/loading_rate", "protocols/unloading_rate")
 RULES: dict[str, tuple[Callable[..., Any], str]] = {
     "status": (lambda values: np.isin(values, (COMPLETED, FAILED)), "neither completed nor failed"),
-    **dict.fromkeys(("jumps", "native", "protocols"), (np.isfinite, "not finite")),
+    **dict.fromkeys(("jumps", "native", "protocols", "solids"), (np.isfinite, "not finite")),
     **dict.fromkeys(_RATES, (lambda values: values > 0.0, "not above zero")),
     "protocols/dwell_time": (lambda values: values >= 0.0, "not zero or above"),
+    "solids/strengths": (lambda values: values >= 0.0, "not zero or above"),
+    "solids/times": (lambda values: values > 0.0, "not above zero"),
     "protocols/modulus_ratio": (lambda values: (values > 0.0) & (values <= 1.0), "not above 0 and at most 1"),
 }
 """What holds for all values of an array or a group, and what they are where it does not."""
@@ -80,8 +83,15 @@ class Dataset:
         return np.full(len(self), float(ratio)) if stored is None else stored
 
     @property
+    def solids(self) -> tuple[FloatArray, FloatArray]:
+        """Retardation strengths and times of each trajectory's solid, (n, m) each; unused terms are 0 and 1."""
+        if SOLIDS[0] in self.columns:
+            return self.columns[SOLIDS[0]], self.columns[SOLIDS[1]]
+        return 1.0 - self.modulus_ratios[:, np.newaxis], np.ones((len(self), 1))
+
+    @property
     def steps(self) -> str:
-        """How the measurement steps are placed: 'uniform' or 'physical'."""
+        """How the measurement steps are placed: one of `STEPS`."""
         return self.attributes["campaign"].get("steps", "uniform")
 
     @property
@@ -101,7 +111,9 @@ class Dataset:
 
     def grid(self) -> tuple[FloatArray, FloatArray]:
         """Measurement instants and indentations, each of shape (n, N)."""
-        return grid_of(self.steps, self.protocols, self.modulus_ratios, self.counts)
+        around = dict(zip(("strengths", "retardation_times"), self.solids, strict=True))
+        around |= {"pull_off_time": self.scalars["pull_off_time"]}
+        return grid_of(self.steps, self.protocols, self.modulus_ratios, self.counts, around)
 
 
 def write_file(
@@ -269,6 +281,9 @@ def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> D
     drawn = [*QUANTITIES, *(["modulus_ratio"] if isinstance(identity["modulus_ratio"], list) else [])]
     layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
     protocols = {f"protocols/{name}": np.dtype(np.float64) for name in drawn}
+    if "solids" in identity:
+        terms = np.dtype((np.float64, (Solids.of(identity["solids"]).terms[1],)))
+        protocols |= dict.fromkeys(SOLIDS, terms)
     check_columns(columns, {**layout, **protocols}, identity["count"])
     completed = columns["status"] == COMPLETED
     for name in ("fms/force", *(f"scalars/{name}" for name in SCALARS)):

@@ -40,9 +40,9 @@ _SHARES = (0.0, 0.08, 0.2, 0.32, 0.68, 0.8, 1.0)  # of the other points up to ea
 _LEAST_SLOPE = 0.3  # added to the slope at the crossing before its logarithm is taken
 # Where the force is computed, as shares of a phase: even in the logarithm, because the fastest relaxation may be far
 # faster than the dwell; in the unloading, from fine steps to even ones.
-_LOADING = np.linspace(0.0, 1.0, 41)
-_DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
-_UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
+LOADING = np.linspace(0.0, 1.0, 41)
+DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
+UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
 _FEATURES, _DEGREE = 6, 4
 _TERMS = chain.from_iterable(combinations_with_replacement(range(_FEATURES), size) for size in range(_DEGREE + 1))
 FACTORS = np.array([term + (_FEATURES,) * (_DEGREE - len(term)) for term in _TERMS])
@@ -117,7 +117,7 @@ def carried(memory: float, rate: float, dt: float, change: float) -> float:
 
 
 @kernel
-def _spread(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
+def spread_evenly(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
     """`count` of increasing `positions` (n,), the last included, spaced half by them, half by the change of `force`."""
     n = positions.size
     cumulated = np.zeros(n)
@@ -176,7 +176,7 @@ def on_steps(
     times = np.empty((batch, loading + dwell + unloading))
     indentations = np.empty_like(times)
     crossings, features = np.zeros(batch), np.ones((batch, _FEATURES + 1))
-    where, force = np.empty(_UNLOADING.size), np.empty(_UNLOADING.size)
+    where, force = np.empty(UNLOADING.size), np.empty(UNLOADING.size)
     for row in range(batch):
         tabor, peak, up, dwelt, down, start, ratio = protocols[:, row]
         rate = 1.0 / ratio  # of relaxation; the strength is one less
@@ -187,17 +187,17 @@ def on_steps(
             times[row, i] = onset * share
             indentations[row, i] = start * (1.0 - share) + peak * share
         memory = 0.0
-        for i in range(1, _LOADING.size):
-            high, low = peak * _LOADING[i], peak * _LOADING[i - 1]
+        for i in range(1, LOADING.size):
+            high, low = peak * LOADING[i], peak * LOADING[i - 1]
             memory = carried(memory, rate, (high - low) / up, hertz_power(high) - hertz_power(low))
         if dwelt > 0.0:
-            for i in range(_DWELL.size):
-                where[i] = dwelt * _DWELL[i]
+            for i in range(DWELL.size):
+                where[i] = dwelt * DWELL[i]
                 if i > 0:
                     memory = carried(memory, rate, where[i] - where[i - 1], 0.0)
                 force[i] = hertz_power(peak) + (rate - 1.0) * memory
             if dwell > 0:
-                spread = _spread(where[: _DWELL.size], force[: _DWELL.size], dwell)
+                spread = spread_evenly(where[: DWELL.size], force[: DWELL.size], dwell)
                 times[row, loading : loading + dwell] = onset + spread
             indentations[row, loading : loading + dwell] = peak
         crossing, slope, last = _crossing(peak, down, rate, memory, where, force)
@@ -206,7 +206,7 @@ def on_steps(
         features[row, :_FEATURES] = np.log(np.array([tabor, down, ratio, room, steep, (peak - crossing) / peak]))
         before = max(int(BEFORE_CROSSING * unloading + 0.5), 1)
         travel = np.empty(unloading)
-        travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
+        travel[:before] = spread_evenly(where[: last + 1], force[: last + 1], before)
         travel[before:] = (peak - crossing) + _after(room, features[row], coefficients, unloading - before)
         travel[unloading - 1] = peak - start
         times[row, loading + dwell :] = turn + travel / down
@@ -224,8 +224,8 @@ def _crossing(
     strength = rate - 1.0
     where[0], force[0] = 0.0, hertz_power(peak) + strength * memory
     slope = 1.5 * np.sqrt(peak) * rate + strength * rate * memory / down
-    for i in range(_UNLOADING.size - 1):
-        where[i + 1] = peak * _UNLOADING[i + 1]
+    for i in range(UNLOADING.size - 1):
+        where[i + 1] = peak * UNLOADING[i + 1]
         left = max(peak - where[i + 1], 0.0)
         change = hertz_power(left) - hertz_power(peak - where[i])
         memory = carried(memory, rate, (where[i + 1] - where[i]) / down, change)
@@ -237,4 +237,4 @@ def _crossing(
             where[i + 1] = where[i] + share * (where[i + 1] - where[i])
             force[i + 1] = 0.0
             return peak - where[i + 1], before + share * (slope - before), i + 1
-    return 0.0, slope, _UNLOADING.size - 1
+    return 0.0, slope, UNLOADING.size - 1

@@ -22,6 +22,8 @@ _COUNTS = dict.fromkeys(("steps", "rejections", "iterations"), np.int32)
 SCALARS = dict.fromkeys((*RESULTS, "solver_seconds"), np.float64) | _COUNTS
 SCALARS |= {"nodes": np.float64, "jump_count": np.int32}
 JUMP_QUANTITIES = ("time", "indentation", "force_before", "force_after")
+SOLIDS = ("solids/strengths", "solids/times")
+"""Arrays of the retardation terms of each solid, where a design draws them."""
 NATIVE_QUANTITIES = ("time", "indentation", "force", "contact_radius")
 
 Columns = dict[str, NDArray[Any]]
@@ -97,13 +99,22 @@ def untabulate(columns: Columns, layout: Layout) -> list[Record]:
 
 
 def grid_of(
-    steps: str, protocols: Mapping[str, Any], modulus_ratio: ArrayLike | None, counts: Sequence[int]
+    steps: str,
+    protocols: Mapping[str, Any],
+    modulus_ratio: ArrayLike | None,
+    counts: Sequence[int],
+    around: Mapping[str, ArrayLike] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Instants and indentations of 'uniform' or 'physical' steps, each (B, N).
+    """Instants and indentations of steps of one of `STEPS`, each (B, N).
 
     The quantities of `protocols` have the names that `measurement_grid` takes. The modulus ratio, of standard linear
-    solids, is for physical steps alone (`bem.dataset.physical_steps`).
+    solids, is for physical steps alone (`bem.dataset.physical_steps`); the solids and the pull-off times in `around`
+    are for steps around the pull-off (`bem.dataset.pull_off_steps`).
     """
+    if steps == "pull-off":
+        from bem.dataset.pull_off_steps import pull_off_grid
+
+        return pull_off_grid(**protocols, **(around or {}), counts=counts)
     if steps == "physical":
         # Imported here because it compiles kernels.
         from bem.dataset.physical_steps import physical_grid

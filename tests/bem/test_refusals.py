@@ -148,7 +148,7 @@ OF_DATA_SETS = [
     *each(Campaign, "seed", "seed must be a whole number", -1),
     *each(Campaign, "counts", "counts must be three integers", (50.9, 20, 50), 120),
     (Campaign, {"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),
-    *each(Campaign, "steps", "steps must be one of uniform, physical; received 'even'", "even"),
+    *each(Campaign, "steps", "steps must be one of uniform, physical, pull-off; received 'even'", "even"),
     *each(Campaign, "shard", "shard must be a whole number from 1 to 5; received 0", (0, 5)),
     *each(Design, "name", "design must be one of paper, log-uniform, sobol, edges, corners; received 'latin'", "latin"),
     *each(Design, "ranges", "range of tabor must have its lower bound first", {"tabor": (3.0, 1.0)}),

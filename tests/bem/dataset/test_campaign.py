@@ -19,6 +19,7 @@ from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import NATIVE_QUANTITIES
 from bem.dataset.run import run_campaign
 from bem.dataset.sealed_file import arrays
+from bem.dataset.solids import Solids
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import assert_same_numbers, command, run_here
@@ -231,7 +232,7 @@ def test_the_command_is_recorded_as_typed():
 
 
 TEXT, CASES = ((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("dataset", "cluster"))
-PLAN = Campaign(count=40, native=True)
+PLAN = Campaign(design=Design("log-uniform", solids=Solids()), count=40, native=True)
 
 
 @pytest.mark.parametrize(
@@ -246,7 +247,7 @@ def test_the_documented_tree_is_the_files(text, job, attributes, tmp_path):
     if table.startswith("| Attribute"):
         table = "".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
     with h5py.File(run_here(job, tmp_path / "file.h5", solver=stand_in.solve).path) as file:
-        sizes = {"n": 40, "n + 1": 41, "N": 120, "m": int(file["native/offsets"][-1])}
+        sizes = {"n": 40, "n + 1": 41, "N": 120, "terms": 4, "m": int(file["native/offsets"][-1])}
         sizes["j"] = len(file["jumps/trajectory"]) if "jumps" in file else 0
         stored = {
             (name, "string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.shape)

@@ -1,0 +1,64 @@
+"""Quadratic polynomials of standardised features, to which a network adds what they leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_AT_ONCE = 5_000  # rows whose products are in memory at a time
+_RIDGE = 1e-4
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial of second degree in standardised features.
+
+    Args:
+        mean, deviation: Of the features, each of shape (n,).
+        coefficients: Of the constant, the features, and their products in the order of `numpy.triu_indices`, shape
+            (1 + n + n (n + 1) / 2, m).
+        offset, scale: Of what the polynomial leaves, each of shape (m,).
+    """
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    coefficients: np.ndarray
+    offset: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def fit(cls, features: np.ndarray, targets: np.ndarray) -> Polynomial:
+        """Fit targets (batch, m) to features (batch, n) by least squares, with a weak ridge."""
+        mean, deviation = features.mean(axis=0), features.std(axis=0) + 1e-9
+        size = features.shape[1]
+        terms = 1 + size + size * (size + 1) // 2
+        own = cls(mean, deviation, np.zeros((terms, targets.shape[1])), np.zeros(1), np.ones(1))
+        normal, right = _RIDGE * len(features) * np.eye(terms), np.zeros((terms, targets.shape[1]))
+        for first in range(0, len(features), _AT_ONCE):
+            rows = slice(first, first + _AT_ONCE)
+            products = own._terms(features[rows])
+            normal += products.T @ products
+            right += products.T @ targets[rows]
+        own = cls(mean, deviation, np.linalg.solve(normal, right), np.zeros(1), np.ones(1))
+        rest = targets - own(features)
+        # Outputs that hardly vary would otherwise weigh as much as those that do.
+        return cls(mean, deviation, own.coefficients, rest.mean(axis=0), rest.std(axis=0) + 0.02 * rest.std())
+
+    def __call__(self, features: np.ndarray) -> np.ndarray:
+        """The polynomial, shape (batch, m), without the network."""
+        parts = range(0, len(features), _AT_ONCE)
+        return np.concatenate([self._terms(features[at : at + _AT_ONCE]) @ self.coefficients for at in parts])
+
+    def standardised(self, features: np.ndarray) -> np.ndarray:
+        """The features that the network reads, float32."""
+        return ((features - self.mean) / self.deviation).astype(np.float32)
+
+    def left(self, features: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """What the network is to learn, float32 of shape (batch, m)."""
+        return ((targets - self(features) - self.offset) / self.scale).astype(np.float32)
+
+    def _terms(self, features: np.ndarray) -> np.ndarray:
+        z = (features - self.mean) / self.deviation
+        first, second = np.triu_indices(z.shape[1])
+        return np.column_stack([np.ones(len(z)), z, z[:, first] * z[:, second]])

@@ -1,0 +1,341 @@
+"""A model of any linear solid: scene and protocol in, scalar results and then the curve around them.
+
+Stage one predicts the scalars from features of the very solid along the protocol. Stage two predicts the force at steps
+around the predicted pull-off, in units of the predicted force, so that scalars and curve agree: the step at the
+predicted pull-off time carries the predicted force. Units as in `bem.problem.protocol`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from bem._support.validation import finite_number
+from bem._support.wording import shown
+from bem.dataset.lee_radok import relaxation_spectra
+from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.pull_off_steps import pull_off_grid
+from bem.problem.materials import Elastic, Material
+from bem.problem.protocol import LoadingProtocol, default_start_indentation
+from bem.problem.scene import Scene
+from surrogate.data.solid_features import FEATURES, PROTOCOL, forces_without_adhesion, solid_features
+from surrogate.files import STAGES, read_intact, read_record, write_run
+from surrogate.intervals import LEVELS
+from surrogate.onnx.file import session_of
+from surrogate.solid_intervals import SolidIntervals
+from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
+from surrogate.validity import contacts
+
+SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
+"""Results with outputs of their own."""
+FORMAT = "viscoelastic-contact-solids"
+INTERVALS = "intervals.npz"
+TOLERANCE, FEATURE_MARGIN = 1e-3, 0.1
+"""How far outside its range in the training a feature may lie, in widths of it: as inside, and with a warning."""
+_BATCH = 4096
+
+
+def scalar_targets(scalars: Mapping[str, np.ndarray], begin: np.ndarray, unloading_rate: np.ndarray) -> np.ndarray:
+    """What stage one learns, shape (batch, 4).
+
+    Logarithms of the pull-off force, of the travel from the end of the dwell, `begin`, to the pull-off, and of the
+    hysteresis; the inverse hyperbolic sine of the largest compression.
+    """
+    force, time, hysteresis, compression = (scalars[name] for name in SCALARS)
+    travel = np.maximum((time - begin) * unloading_rate, 1e-2)
+    return np.column_stack(
+        [
+            np.log(np.maximum(force, 1e-6)),
+            np.log(travel),
+            np.log(np.maximum(np.abs(hysteresis), 1e-3)),
+            np.arcsinh(compression),
+        ]
+    )
+
+
+def scalars_of(targets: np.ndarray, begin: np.ndarray, unloading_rate: np.ndarray) -> dict[str, np.ndarray]:
+    """The inverse of `scalar_targets`."""
+    force, travel, hysteresis = np.exp(targets[:, :3]).T
+    values = (force, begin + travel / unloading_rate, hysteresis, np.sinh(targets[:, 3]))
+    return dict(zip(SCALARS, values, strict=True))
+
+
+def curve_targets(force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
+    """What stage two learns of the force (batch, steps), less that without adhesion, in units of the pull-off force."""
+    return np.arcsinh((force - without) / pull_off_force[:, np.newaxis])
+
+
+def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
+    """The inverse of `curve_targets`."""
+    return without + np.sinh(targets) * pull_off_force[:, np.newaxis]
+
+
+def values_of(content: bytes, inputs: np.ndarray) -> np.ndarray:
+    """Run the ONNX file of a stage on inputs (batch, n), and return its targets (batch, m)."""
+    session = session_of(content)
+    parts = [{"features": inputs[at : at + _BATCH]} for at in range(0, len(inputs), _BATCH)]
+    return np.concatenate([session.run(["targets"], part)[0] for part in parts])
+
+
+class SolidSurrogate:
+    """A model of any linear solid; `SolidSurrogate.load` reads the folder of one.
+
+    Args:
+        stages: ONNX files of the two stages.
+        counts: Points of loading, dwell and unloading.
+        name: Name of the model.
+        ranges: Low and high of each feature in the training, shape (features, 2).
+        intervals: What is known of the errors of the scalars.
+    """
+
+    def __init__(
+        self,
+        stages: tuple[bytes, bytes],
+        *,
+        counts: tuple[int, int, int] = PHYSICAL,
+        name: str = "",
+        ranges: np.ndarray | None = None,
+        intervals: SolidIntervals | None = None,
+    ) -> None:
+        self.stages, self.counts, self.name, self.ranges, self.intervals = stages, counts, name, ranges, intervals
+
+    @classmethod
+    def load(cls, folder: str | Path) -> SolidSurrogate:
+        """Read the folder of a model.
+
+        Raises:
+            FileNotFoundError: a file is missing.
+            ValueError: a file is damaged.
+        """
+        folder = Path(folder)
+        run = read_record(folder)
+        scalars, curve = (read_intact(folder / name, run) for name in STAGES)
+        counts, ranges = tuple(run["counts"]), np.array([run["ranges"][name] for name in FEATURES])
+        intervals = None
+        if INTERVALS in run["sha256"]:
+            with np.load(BytesIO(read_intact(folder / INTERVALS, run))) as arrays:
+                intervals = SolidIntervals.of_arrays(dict(arrays))
+        return cls((scalars, curve), counts=counts, name=folder.name, ranges=ranges, intervals=intervals)
+
+    @cached_property
+    def _sessions(self) -> list[Any]:
+        return [session_of(content) for content in self.stages]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_sessions"}
+
+    @overload
+    def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> SolidTrajectory: ...
+    @overload
+    def predict(
+        self, scene: Sequence[Scene], protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
+    ) -> list[SolidTrajectory]: ...
+    def predict(
+        self,
+        scene: Scene | Sequence[Scene],
+        protocol: LoadingProtocol | Sequence[LoadingProtocol],
+        *,
+        coverage: float = 0.9,
+    ) -> SolidTrajectory | list[SolidTrajectory]:
+        """Predict what `bem.simulate` would compute, for one scene and protocol or for as many of each.
+
+        Args:
+            scene: Scenes of Lennard-Jones adhesion, a paraboloid, no spring, and any material of the package.
+            protocol: Their protocols, each with a dwell, in the units of the material's times.
+            coverage: Share of true values that the intervals are to contain, up to 0.99.
+
+        Returns:
+            One trajectory, or a list of them in order. Its `extrapolated` lists the features outside those of the
+            training, where intervals are infinite; farther outside than `FEATURE_MARGIN`, results are NaN.
+
+        Raises:
+            ValueError: a scene is of another kind, a protocol has no dwell, or one contact lies outside the margin.
+        """
+        clock = time.perf_counter()
+        single = isinstance(scene, Scene)
+        scenes, paths = ([scene], [protocol]) if isinstance(scene, Scene) else (list(scene), list(protocol))
+        coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
+        tabor, _ = contacts([replace(entry, material=Elastic()) for entry in scenes], len(paths))
+        if strange := [path for path in paths if not isinstance(path, LoadingProtocol) or path.dwell_time <= 0.0]:
+            raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
+        if default := [path for path in paths if path.start_indentation is not None]:
+            raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
+        terms = max(1, *(len(entry.material.times) for entry in scenes))
+        strengths, times = np.zeros((len(scenes), terms)), np.ones((len(scenes), terms))
+        unit = np.empty(len(scenes))
+        for row, (entry, path) in enumerate(zip(scenes, paths, strict=True)):
+            solid = entry.material
+            strengths[row, : len(solid.times)] = solid.strengths
+            unit[row] = _unit_of_time(solid, path)
+            times[row, : len(solid.times)] = np.asarray(solid.times) / unit[row]
+        quantities = {name: np.array([getattr(path, name) for path in paths]) for name in PROTOCOL[1:]}
+        scales = {"loading_rate": unit, "unloading_rate": unit, "dwell_time": 1.0 / unit}
+        quantities = {name: values * scales.get(name, 1.0) for name, values in quantities.items()}
+        found = self.predict_many({"tabor": tabor} | quantities, strengths, times)
+        return self._trajectories(found, unit, (strengths > 0.0).sum(axis=1), coverage, clock, single=single)
+
+    def _trajectories(
+        self,
+        found: dict[str, np.ndarray],
+        unit: np.ndarray,
+        terms: np.ndarray,
+        coverage: float,
+        clock: float,
+        *,
+        single: bool,
+    ) -> SolidTrajectory | list[SolidTrajectory]:
+        """The results of `predict_many` as trajectories, in times of the solids' own units."""
+        outside = self._outside(found["features"])
+        reasons = [
+            f"features must be those of the training of {self.name}; received {', '.join(texts)}" if far else ""
+            for texts, far in outside
+        ]
+        if single and reasons[0]:
+            raise ValueError(reasons[0])
+        turn = sum(self.counts[:2])
+        times = found["times"] * unit[:, np.newaxis]
+        half = np.full(found["targets"].shape, np.inf)
+        if self.intervals is not None:
+            half = self.intervals.half_widths(found["features"], terms, coverage)
+        half[:, 2] *= found["hysteresis"]
+        readings = zip(found["pull_off_force"], found["pull_off_time"] * unit, found["hysteresis"], strict=True)
+        doubts = [
+            Doubt(coverage, None, tuple(map(float, reading)), row, np.empty(0))
+            for reading, row in zip(readings, half, strict=True)
+        ]
+        trajectories = predicted_trajectories(
+            times,
+            found["indentations"],
+            found["force"],
+            unloading_from=turn - 1,
+            seconds=(time.perf_counter() - clock) / len(times),
+            model=self.name,
+            extrapolated=[texts for texts, _ in outside],
+            doubts=doubts,
+            refusals=reasons,
+        )
+        own = [
+            SolidTrajectory(**vars(trajectory), compression=float(compression))
+            for trajectory, compression in zip(trajectories, found["max_compression"], strict=True)
+        ]
+        return own[0] if single else own
+
+    def _outside(self, features: np.ndarray) -> list[tuple[tuple[str, ...], bool]]:
+        """What of each contact lies outside the ranges of the features, as text, and whether it does by far."""
+        if self.ranges is None:
+            return [((), False)] * len(features)
+        low, high = self.ranges.T
+        width = np.maximum(high - low, 1e-9)
+        excess = np.maximum(low - features, features - high) / width
+        return [
+            (
+                tuple(
+                    f"{FEATURES[at]} {features[row, at]:.3g}, outside {low[at]:.3g} to {high[at]:.3g} (logarithms)"
+                    for at in np.flatnonzero(excess[row] > TOLERANCE)
+                ),
+                bool(excess[row].max() > FEATURE_MARGIN),
+            )
+            for row in range(len(features))
+        ]
+
+    def predict_many(
+        self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray, *, curve: bool = True
+    ) -> dict[str, np.ndarray]:
+        """Predict many contacts at once.
+
+        Args:
+            protocols: The five quantities by name, each of shape (batch,).
+            strengths, times: Retardation terms of each solid, shape (batch, terms); those of strength zero are left
+                out.
+            curve: Whether to predict the force too.
+
+        Returns:
+            `SCALARS` by name, shape (batch,), the `features` they follow from, and, of the curve, the steps' `times`,
+            `indentations` and `force`, shape (batch, steps).
+        """
+        features, _ = solid_features(dict(protocols), strengths, times)
+        parts = [slice(at, at + _BATCH) for at in range(0, len(features), _BATCH)]
+        results = [self._part(features[part], protocols, strengths, times, part, curve) for part in parts]
+        return {name: np.concatenate([result[name] for result in results]) for name in results[0]}
+
+    def _part(
+        self,
+        features: np.ndarray,
+        protocols: Mapping[str, np.ndarray],
+        strengths: np.ndarray,
+        times: np.ndarray,
+        part: slice,
+        curve: bool,
+    ) -> dict[str, np.ndarray]:
+        quantities = {name: np.asarray(protocols[name], dtype=np.float64)[part] for name in PROTOCOL}
+        rate = quantities["unloading_rate"]
+        travel = quantities["peak_indentation"] - default_start_indentation(quantities["tabor"])
+        begin = travel / quantities["loading_rate"] + quantities["dwell_time"]
+        targets = self._sessions[0].run(["targets"], {"features": features})[0]
+        scalars = scalars_of(targets, begin, rate)
+        # The protocol ends where it began.
+        scalars["pull_off_time"] = np.minimum(scalars["pull_off_time"], begin + travel / rate)
+        results = scalars | {"features": features, "targets": targets}
+        if not curve:
+            return results
+        terms = {"strengths": strengths[part], "retardation_times": times[part]}
+        grid = pull_off_grid(**quantities, **terms, pull_off_time=scalars["pull_off_time"], counts=self.counts)
+        without = forces_without_adhesion(*grid, quantities["tabor"], *relaxation_spectra(*terms.values()))
+        shape = self._sessions[1].run(["targets"], {"features": np.column_stack([features, targets])})[0]
+        force = curve_of(shape, without, scalars["pull_off_force"])
+        turn = sum(self.counts[:2])
+        # No force of the unloading exceeds the pull-off force, which is the one at its instant.
+        force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])
+        pull_off = turn + np.abs(grid[0][:, turn:] - scalars["pull_off_time"][:, np.newaxis]).argmin(axis=1)
+        force[np.arange(len(force)), pull_off] = scalars["pull_off_force"]
+        return results | {"times": grid[0], "indentations": grid[1], "force": force}
+
+
+@dataclass(frozen=True, repr=False)
+class SolidTrajectory(PredictedTrajectory):
+    """A trajectory whose scalar results come from outputs of their own, not from its curve; its curve has no bands."""
+
+    compression: float = np.nan
+
+    @property
+    def max_compression(self) -> float:
+        """Smallest force: largest compression, negative."""
+        return self.compression if self.completed else np.nan
+
+    def _band(self, *_: Any) -> np.ndarray | None:
+        return None
+
+
+def _unit_of_time(solid: Material, protocol: LoadingProtocol) -> float:
+    """The mean retardation time of a solid, geometric and weighted by the strengths.
+
+    An elastic solid has none; it gets one that brings the rates of its protocol to the middle of their ranges.
+    """
+    if not len(solid.times):
+        return float(10.0 / np.sqrt(protocol.loading_rate * protocol.unloading_rate))
+    return float(np.exp(np.sum(solid.strengths * np.log(solid.times)) / np.sum(solid.strengths)))
+
+
+def write_intervals(folder: Path, intervals: SolidIntervals) -> None:
+    """Write the intervals of a model into its folder."""
+    np.savez_compressed(folder / INTERVALS, **intervals.as_arrays())
+    write_run(folder, read_record(folder))
+
+
+def write_model(
+    folder: Path, stages: tuple[bytes, bytes], features: np.ndarray, counts: Sequence[int], facts: Mapping[str, Any]
+) -> None:
+    """Write the folder of a model: its stages, the ranges of its features, and `facts` of its training."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in zip(STAGES, stages, strict=True):
+        (folder / name).write_bytes(content)
+    ranges = np.stack([features.min(axis=0), features.max(axis=0)], axis=1).tolist()
+    run = {"format": FORMAT, "format_version": 1, "name": folder.name, "counts": list(counts)}
+    write_run(folder, run | {"ranges": dict(zip(FEATURES, ranges, strict=True))} | dict(facts))

@@ -1,0 +1,150 @@
+r"""Calibrate a model of any linear solid, and judge it, against the converged solver.
+
+    bem campaign --solids prony:1-4 --design sobol --modulus-ratio 0.01:1 --steps pull-off --accuracy 1e-3 \
+        --count 6000 --seed 176 --out calibration.h5
+    python -m surrogate.training.solid_judgement MODEL --fit any_solid.h5 --calibrate calibration.h5
+    python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
+
+`--fit` are trajectories of the training, to which the expected errors are fitted; those of `--calibrate` and `--judge`
+come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from bem._support.outputs import write_whole
+from bem.dataset.file import Dataset, load_dataset
+from surrogate.solid_intervals import SolidIntervals
+from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, write_intervals
+
+COVERAGES = (0.5, 0.9)
+QUANTILES = (0.5, 0.9, 0.99)
+FITTED = 40_000
+"""Trajectories of the training at most to which the expected errors are fitted."""
+
+
+def compared(
+    model: SolidSurrogate, dataset: Dataset, rows: np.ndarray, *, curve: bool = False
+) -> dict[str, np.ndarray]:
+    """Predictions of some trajectories of a data set, with the `errors` (batch, 4) of their targets.
+
+    Returns:
+        What `SolidSurrogate.predict_many` does, and `errors`, `terms` and the true `SCALARS` as `true_...`.
+    """
+    protocols = {name: values[rows] for name, values in dataset.protocols.items()}
+    strengths, times = (values[rows] for values in dataset.solids)
+    prediction = model.predict_many(protocols, strengths, times, curve=curve)
+    true = {name: dataset.scalars[name][rows] for name in SCALARS}
+    begin = dataset.grid()[0][rows, sum(dataset.counts[:2]) - 1]
+    prediction["errors"] = prediction["targets"] - scalar_targets(true, begin, protocols["unloading_rate"])
+    prediction["terms"] = (strengths > 0.0).sum(axis=1)
+    return prediction | {f"true_{name}": values for name, values in true.items()} | {"begin": begin}
+
+
+def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path]) -> None:
+    """Fit expected errors, take the quantiles of the calibration, and write both into the folder of a model."""
+    model = SolidSurrogate.load(folder)
+    intervals: SolidIntervals | None = None
+    for paths, most in ((fitted, FITTED // len(fitted)), (calibrating, None)):
+        parts = []
+        for path in paths:
+            dataset = load_dataset(path)
+            parts.append(compared(model, dataset, dataset.completed[:most]))
+        features, terms, errors = (
+            np.concatenate([part[name] for part in parts]) for name in ("features", "terms", "errors")
+        )
+        if intervals is None:
+            intervals = SolidIntervals.fit(features, errors)
+        else:
+            intervals = intervals.calibrated(features, terms, errors)
+    write_intervals(folder, intervals)
+
+
+def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
+    """Errors in per cent at `QUANTILES`, and coverages in per cent, of a data set.
+
+    Those of the compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its
+    range, the mean and the largest over the instants of unloading and all others.
+    """
+    dataset = load_dataset(path)
+    rows = dataset.completed
+    part = compared(model, dataset, rows, curve=True)
+    true = {name: part[f"true_{name}"] for name in SCALARS}
+    since = [part["pull_off_time"] - part["begin"], true["pull_off_time"] - part["begin"]]
+    compression = np.abs(part["max_compression"] - true["max_compression"])
+    differences = _curve_differences(part, dataset, rows)
+    extent = np.ptp(dataset.force[rows], axis=1)
+    errors = {
+        "pull-off force": np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
+        "time since the dwell": np.abs(since[0] / since[1] - 1.0),
+        "hysteresis": np.abs(part["hysteresis"] / true["hysteresis"] - 1.0),
+        "largest compression": compression / np.maximum(np.abs(true["max_compression"]), 1.0),
+        "curve, mean": differences.mean(axis=1) / extent,
+        "curve, largest": differences.max(axis=1) / extent,
+    }
+    table = {
+        name: {f"{100 * level:g}": 100.0 * float(np.quantile(values, level)) for level in QUANTILES}
+        for name, values in errors.items()
+    }
+    bias = part["pull_off_force"] / true["pull_off_force"] - 1.0
+    table["pull-off force"]["bias"] = 100.0 * float(np.median(bias))
+    if model.intervals is not None:
+        for coverage in COVERAGES:
+            half = model.intervals.half_widths(part["features"], part["terms"], coverage)
+            for column, name in enumerate(list(errors)[:4]):
+                inside = np.abs(part["errors"][:, column]) <= half[:, column]
+                table[name][f"covered at {coverage:g}"] = 100.0 * float(inside.mean())
+    return table | {"trajectories": {"count": len(rows)}}
+
+
+def _curve_differences(part: dict[str, np.ndarray], dataset: Dataset, rows: np.ndarray) -> np.ndarray:
+    """Absolute differences of the forces at the predicted steps; the true ones are interpolated there."""
+    instants, turn = dataset.grid()[0][rows], sum(dataset.counts[:2]) - 1
+    differences = np.abs(part["force"] - dataset.force[rows])
+    for row, (true_times, force) in enumerate(zip(instants, dataset.force[rows], strict=True)):
+        interpolated = PchipInterpolator(true_times[turn:], force[turn:])(part["times"][row, turn:])
+        differences[row, turn:] = np.abs(part["force"][row, turn:] - interpolated)
+    return differences
+
+
+def printed(table: dict[str, dict[str, float]]) -> str:
+    """The errors of a place as text."""
+    return "\n".join(
+        f"  {name:22}" + "".join(f"{key:>14} {value:8.3f}" for key, value in row.items()) for name, row in table.items()
+    )
+
+
+def main() -> None:
+    """Calibrate or judge the model that the command line names."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder of the model")
+    for name, text in (
+        ("fit", "data sets of the training"),
+        ("calibrate", "data sets at accuracy 1e-3"),
+        ("judge", "data sets at accuracy 1e-3, one for each place"),
+    ):
+        parser.add_argument(f"--{name}", type=Path, nargs="+", default=[], help=text)
+    parser.add_argument("--out", type=Path, help="JSON file for what --judge prints")
+    chosen = parser.parse_args()
+    if bool(chosen.fit) != bool(chosen.calibrate):
+        parser.error("--fit and --calibrate must be given together")
+    if chosen.calibrate:
+        calibrate(chosen.folder, chosen.fit, chosen.calibrate)
+    model = SolidSurrogate.load(chosen.folder)
+    tables = {}
+    for path in chosen.judge:
+        tables[path.stem] = judged(model, path)
+        print(f"{path.stem}\n{printed(tables[path.stem])}")
+    if chosen.out is not None:
+        write_whole(chosen.out, json.dumps(tables, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

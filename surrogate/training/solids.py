@@ -1,0 +1,162 @@
+r"""Train a model of any linear solid in two stages: scalar results first, then the curve around the pull-off.
+
+    bem campaign --solids prony:1-4 --design sobol --modulus-ratio 0.01:1 --steps pull-off --count 400000 --seed 71 \
+        --out any_solid.h5
+    python -m surrogate.training.solids --data any_solid.h5 --runs results/solids --publish published/pretrained/solids
+
+Stage one maps the features of `surrogate.data.solid_features` to pull-off force and time, hysteresis and largest
+compression. Stage two maps the features and what stage one says to the force at steps around the pull-off
+(`bem.dataset.pull_off_steps`), less that without adhesion, in units of the pull-off force. It learns at the steps
+around the true pull-off and is read at those around the predicted one, so that its peak is where the scalars say.
+An interrupted training is resumed by the same command.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import keras
+import numpy as np
+from keras import layers
+
+from bem.dataset.file import load_dataset
+from bem.dataset.lee_radok import relaxation_spectra
+from surrogate.architectures.layers import AppendTabor
+from surrogate.backend import versions
+from surrogate.data.examples import Examples
+from surrogate.data.polynomial import Polynomial
+from surrogate.data.solid_features import forces_without_adhesion, solid_features
+from surrogate.onnx.file import sha256
+from surrogate.onnx.solid_graph import stage_content
+from surrogate.solids import SCALARS, curve_targets, scalar_targets, values_of, write_model
+from surrogate.training.fitting import fit, started
+from surrogate.training.recipe import Cosine, Recipe
+from surrogate.training.run_folder import Report, locked, print_epoch
+
+UNITS = (256, 256, 256)
+HELD_OUT = 0.04
+"""Share of the trajectories that choose the epoch."""
+RECIPE = Recipe(
+    name="solids",
+    seed=0,
+    batch_size=512,
+    epochs=120,
+    learning_rate=3e-3,
+    optimizer="soap",
+    gradient_norm=1.0,
+    weight_average=0.03,
+    cosine=Cosine(warmup_epochs=1.0),
+)
+
+
+@dataclass(frozen=True)
+class SolidData:
+    """Completed trajectories of data sets with steps around the pull-off.
+
+    Args:
+        features: Shape (n, features).
+        scalars: What stage one learns, shape (n, 4).
+        curve: What stage two learns, shape (n, steps).
+        counts: Points of loading, dwell and unloading.
+        sha256: Digest of the files.
+    """
+
+    features: np.ndarray
+    scalars: np.ndarray
+    curve: np.ndarray
+    counts: tuple[int, int, int]
+    sha256: str
+
+    @classmethod
+    def load(cls, paths: Sequence[Path]) -> SolidData:
+        """Read data sets.
+
+        Raises:
+            ValueError: one of them has other steps.
+        """
+        columns = []
+        for path in paths:
+            dataset = load_dataset(path)
+            if dataset.steps != "pull-off":
+                raise ValueError(f"data sets must have steps around the pull-off; received {path}")
+            rows = dataset.completed
+            protocols = {name: values[rows] for name, values in dataset.protocols.items()}
+            strengths, times = (values[rows] for values in dataset.solids)
+            features, _ = solid_features(protocols, strengths, times)
+            instants, indentations = (values[rows] for values in dataset.grid())
+            scalars = {name: dataset.scalars[name][rows] for name in SCALARS}
+            begin = instants[:, sum(dataset.counts[:2]) - 1]
+            spectra = relaxation_spectra(strengths, times)
+            without = forces_without_adhesion(instants, indentations, protocols["tabor"], *spectra)
+            targets = scalar_targets(scalars, begin, protocols["unloading_rate"])
+            curve = curve_targets(dataset.force[rows], without, scalars["pull_off_force"]).astype(np.float32)
+            columns.append((features, targets, curve))
+        digest = hashlib.sha256("".join(map(sha256, paths)).encode()).hexdigest()
+        return cls(*map(np.concatenate, zip(*columns, strict=True)), dataset.counts, digest)
+
+
+def network(inputs: int, outputs: int, units: Sequence[int] = UNITS) -> keras.Model:
+    """Build an untrained network of dense layers on one step of features, the first of them as `tabor`."""
+    sequence, first = keras.Input((1, inputs - 1), name="sequence"), keras.Input((1,), name="tabor")
+    hidden = AppendTabor(name="append_tabor")(sequence, first)
+    for number, size in enumerate(units, 1):
+        hidden = layers.Dense(size, activation="gelu", name=f"dense_{number}")(hidden)
+    return keras.Model([sequence, first], layers.Dense(outputs, name="targets")(hidden))
+
+
+def train_stage(
+    name: str, features: np.ndarray, targets: np.ndarray, recipe: Recipe, folder: Path, facts: dict, report: Report
+) -> bytes:
+    """Train one stage in `folder`, or resume it, and return its ONNX file."""
+    polynomial = Polynomial.fit(features, targets)
+    z, left = polynomial.standardised(features)[:, np.newaxis], polynomial.left(features, targets)[:, np.newaxis]
+    count = round(HELD_OUT * len(z))
+    training, choosing = (Examples(z[part, :, 1:], z[part, 0, :1], left[part]) for part in _parts(count))
+    model = started(partial(network, z.shape[2], left.shape[2]), recipe.seed)
+    fit(model, training, choosing, recipe, folder, facts=facts | {"recipe": recipe.as_dict()}, report=report)
+    return stage_content(polynomial, model, name)
+
+
+def _parts(held_out: int) -> tuple[slice, slice]:
+    return slice(None, -held_out), slice(-held_out, None)
+
+
+def train(
+    data: SolidData,
+    runs: Path,
+    target: Path,
+    *,
+    recipes: Sequence[Recipe] = (RECIPE, RECIPE),
+    report: Report = lambda *_: None,
+) -> Path:
+    """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
+    facts = {"dataset": data.sha256}
+    with locked(runs):
+        scalars = train_stage("scalars", data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
+        inputs = np.column_stack([data.features, values_of(scalars, data.features)])
+        curve = train_stage("curve", inputs, data.curve, recipes[1], runs / "curve", facts, report)
+    facts |= {"trajectories": len(data.features), "recipes": [recipe.as_dict() for recipe in recipes]}
+    write_model(target, (scalars, curve), data.features, data.counts, facts | {"versions": versions()})
+    return target
+
+
+def main() -> None:
+    """Train the model that the command line describes."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="what `bem campaign` wrote, see above")
+    parser.add_argument("--runs", type=Path, default=Path("results/solids"), help="where trainings are kept")
+    parser.add_argument("--publish", type=Path, required=True, help="folder of the finished model")
+    parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of the recipe's")
+    chosen = parser.parse_args()
+    recipes = [replace(RECIPE, epochs=epochs) for epochs in chosen.epochs or (RECIPE.epochs,) * 2]
+    train(SolidData.load(chosen.data), chosen.runs, chosen.publish, recipes=recipes, report=print_epoch)
+    print(chosen.publish)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""A model of any linear solid: its features, a short training, and what it predicts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid
+from bem.dataset.campaign import Campaign
+from bem.dataset.designs import Design
+from bem.dataset.lee_radok import relaxation_spectra
+from bem.dataset.solids import Solids
+from surrogate.data.polynomial import Polynomial
+from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
+from surrogate.solid_intervals import KINDS, SolidIntervals
+from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, scalars_of, write_intervals
+from tests.bem.dataset.helpers import run_here
+
+PROTOCOL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+SOLID = PronySeries([0.3, 0.4], [0.1, 10.0])
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    path = tmp_path_factory.mktemp("solids") / "solids.h5"
+    design = Design("sobol", {}, (0.01, 1.0), Solids())
+    run_here(Campaign(design=design, count=64, counts=(22, 8, 72), steps="pull-off", accuracy="draft"), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(data):
+    pytest.importorskip("keras")
+    from surrogate.training.solids import RECIPE, SolidData, train
+
+    recipe = replace(RECIPE, epochs=3, batch_size=16)
+    return train(SolidData.load([data]), data.parent / "runs", data.parent / "model", recipes=(recipe, recipe))
+
+
+@pytest.fixture(scope="module")
+def model(folder):
+    return SolidSurrogate.load(folder)
+
+
+def quantities(protocol=PROTOCOL, tabor=1.0):
+    names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+    return {"tabor": np.array([tabor])} | {name: np.array([getattr(protocol, name)]) for name in names}
+
+
+def features_of(strengths, times):
+    return solid_features(quantities(), np.array([strengths]), np.array([times]))[0]
+
+
+def test_features_of_a_split_term_are_the_same():
+    whole, split = features_of([0.9], [1.0]), features_of([0.4, 0.5, 0.0], [1.0, 1.0 + 1e-7, 1.0])
+    np.testing.assert_allclose(split, whole, atol=1e-5)
+    assert whole.shape == (1, len(FEATURES))
+    assert np.abs(features_of([0.9], [3.0]) - whole).max() > 0.1
+
+
+def test_features_of_an_elastic_solid_have_no_memory():
+    values = dict(zip(FEATURES, features_of([0.0], [1.0])[0], strict=True))
+    for name in ("modulus_ratio", "peak_force", "held_force", "travel_to_crossing", "relaxation_at_crossing"):
+        assert values[name] == pytest.approx(0.0, abs=1e-12)
+    assert values["recovery_0"] == pytest.approx(np.log(1e-2))
+
+
+def test_force_of_a_fast_push_is_the_instantaneous_one():
+    depths, times = np.linspace(0.0, 4.0, 30)[np.newaxis], np.linspace(0.0, 1e-6, 30)[np.newaxis]
+    spectra = relaxation_spectra(np.array([[0.5, 0.3]]), np.array([[0.5, 20.0]]))
+    force = forces_without_adhesion(times, depths, np.array([2.0]), *spectra)
+    np.testing.assert_allclose(force, -4.0 / (3.0 * np.pi) * 2.0**-1.5 * depths**1.5 / 0.2, rtol=1e-5)
+
+
+def test_targets_turn_back_into_scalars():
+    scalars = dict(zip(SCALARS, np.array([[2.0, 9.0, 30.0, -40.0], [1.5, 8.0, 0.2, 0.01]]).T, strict=True))
+    begin, rate = np.array([5.0, 7.0]), np.array([10.0, 0.2])
+    again = scalars_of(scalar_targets(scalars, begin, rate), begin, rate)
+    for name, values in scalars.items():
+        np.testing.assert_allclose(again[name], values, rtol=1e-12)
+
+
+def test_polynomial_has_what_is_quadratic():
+    features = np.random.default_rng(0).normal(3.0, 2.0, (4000, 4))
+    targets = np.stack([features[:, 0] * features[:, 2], 1.0 - features[:, 3] ** 2], axis=1)
+    polynomial = Polynomial.fit(features, targets)
+    np.testing.assert_allclose(polynomial(features), targets, atol=5e-3 * np.std(targets))
+
+
+def test_file_of_a_stage_is_polynomial_and_network():
+    pytest.importorskip("keras")
+    from surrogate.onnx.solid_graph import stage_content
+    from surrogate.solids import values_of
+    from surrogate.training.solids import network
+
+    random = np.random.default_rng(1)
+    features, targets = random.normal(2.0, 3.0, (300, 5)), random.normal(size=(300, 2))
+    polynomial, model = Polynomial.fit(features, targets), network(5, 2, (8, 8))
+    z = polynomial.standardised(features)
+    left = np.asarray(model.predict_on_batch([z[:, np.newaxis, 1:], z[:, :1]]))[:, 0]
+    expected = polynomial(features) + left * polynomial.scale + polynomial.offset
+    np.testing.assert_allclose(values_of(stage_content(polynomial, model, "stage"), features), expected, atol=1e-5)
+
+
+def test_scalars_and_curve_agree(model):
+    trajectory = model.predict(Scene(1.0, SOLID), PROTOCOL)
+    assert trajectory.completed
+    assert trajectory.force[trajectory.unloading].max() == pytest.approx(trajectory.pull_off_force, rel=1e-12)
+    highest = trajectory.time[trajectory.unloading][trajectory.force[trajectory.unloading].argmax()]
+    assert highest == pytest.approx(trajectory.pull_off_time, rel=1e-9)
+    assert trajectory.hysteresis > 0.0
+    assert trajectory.max_compression < 0.0
+
+
+def test_unit_of_time_does_not_matter(model):
+    slower = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0 / 7, dwell_time=7.0, unloading_rate=10.0 / 7)
+    first = model.predict(Scene(1.0, SOLID), PROTOCOL)
+    second = model.predict(Scene(1.0, PronySeries([0.3, 0.4], [0.7, 70.0])), slower)
+    assert second.pull_off_force == pytest.approx(first.pull_off_force, rel=1e-9)
+    np.testing.assert_allclose(second.time, 7.0 * first.time, rtol=1e-9)
+    np.testing.assert_allclose(second.force, first.force, rtol=1e-6, atol=1e-6)
+
+
+def test_a_list_is_predicted_as_its_parts(model):
+    scenes = [Scene(1.0, SOLID), Scene(0.5, StandardLinearSolid(0.3)), Scene(2.0, Elastic())]
+    for scene, trajectory in zip(scenes, model.predict(scenes, [PROTOCOL] * 3), strict=True):
+        assert trajectory.pull_off_force == pytest.approx(model.predict(scene, PROTOCOL).pull_off_force, rel=1e-6)
+
+
+def test_far_outside_the_training_is_refused(model):
+    shallow = replace(PROTOCOL, peak_indentation=0.05)
+    with pytest.raises(ValueError, match=r"features must be those of the training of model; received .*peak_indent"):
+        model.predict(Scene(1.0, SOLID), shallow)
+    near, far = model.predict([Scene(1.0, SOLID)] * 2, [PROTOCOL, shallow])
+    assert near.completed
+    assert np.isnan(far.pull_off_force)
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol", "message"),
+    [
+        (Scene(1.0, SOLID, spring=1.0), PROTOCOL, "no spring"),
+        (Scene(1.0, SOLID), replace(PROTOCOL, dwell_time=0.0), "with a dwell"),
+        (Scene(1.0, SOLID), replace(PROTOCOL, start_indentation=-1.0), "begin where it does by default"),
+    ],
+)
+def test_other_contacts_are_refused(model, scene, protocol, message):
+    with pytest.raises(ValueError, match=message):
+        model.predict(scene, protocol)
+
+
+def test_damaged_file_is_refused(folder, tmp_path):
+    for name in ("run.json", "scalars.onnx", "curve.onnx"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "curve.onnx").write_bytes((folder / "curve.onnx").read_bytes()[:-1] + b"x")
+    with pytest.raises(ValueError, match="which is damaged or another file"):
+        SolidSurrogate.load(tmp_path)
+
+
+def noisy(random, count):
+    """Features whose errors grow with the first of them, more for solids of many terms."""
+    features, terms = random.normal(size=(count, 3)), random.choice([2, 9], count)
+    errors = np.exp(features[:, :1]) * random.normal(size=(count, 2)) * np.where(terms > 4, 2.0, 1.0)[:, np.newaxis]
+    return features, terms, errors
+
+
+def test_intervals_cover_every_group_and_kind():
+    random = np.random.default_rng(3)
+    features, _, errors = noisy(random, 20_000)
+    intervals = SolidIntervals.fit(features, errors).calibrated(*noisy(random, 20_000))
+    features, terms, errors = noisy(random, 20_000)
+    covered = np.abs(errors) <= intervals.half_widths(features, terms, 0.9)
+    groups = intervals.groups(features)
+    for kind in (terms <= 4, terms > 4):
+        for group in range(5):
+            assert 0.87 < covered[(groups[:, 0] == group) & kind, 0].mean() < 0.95
+    again = SolidIntervals.of_arrays(intervals.as_arrays())
+    np.testing.assert_array_equal(again.half_widths(features, terms, 0.8), intervals.half_widths(features, terms, 0.8))
+
+
+def test_kind_without_calibration_has_wide_intervals():
+    random = np.random.default_rng(4)
+    features, _, errors = noisy(random, 2_000)
+    intervals = SolidIntervals.fit(features, errors)
+    intervals = intervals.calibrated(features, np.full(len(features), 2), errors)
+    few, many = (intervals.half_widths(features, np.full(len(features), terms), 0.9) for terms in (2, 9))
+    assert np.all(many > 50.0 * few)
+    assert len(KINDS) == 2
+
+
+def test_intervals_are_those_of_the_folder(folder, tmp_path):
+    for name in ("run.json", "scalars.onnx", "curve.onnx"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    random = np.random.default_rng(5)
+    features = SolidSurrogate.load(folder).ranges.mean(axis=1) + random.normal(size=(3000, len(FEATURES)))
+    errors = 0.01 * random.normal(size=(3000, 4))
+    fitted = SolidIntervals.fit(features, errors).calibrated(features, np.full(3000, 2), errors)
+    write_intervals(tmp_path, fitted)
+    trajectory = SolidSurrogate.load(tmp_path).predict(Scene(1.0, SOLID), PROTOCOL)
+    low, high = trajectory.pull_off_interval
+    assert low < trajectory.pull_off_force < high
+    assert high - low < trajectory.pull_off_force
+    assert trajectory.force_lower is None
