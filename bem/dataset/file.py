@@ -280,9 +280,9 @@ def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> D
     refuse(older, f"whose physical steps are of version {shown(version)} instead of {STEPS_VERSION}; simulate it again")
     drawn = [*QUANTITIES, *(["modulus_ratio"] if isinstance(identity["modulus_ratio"], list) else [])]
     layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
-    protocols = {f"protocols/{name}": np.dtype(np.float64) for name in drawn}
+    protocols: dict[str, np.dtype] = {f"protocols/{name}": np.dtype(np.float64) for name in drawn}
     if "solids" in identity:
-        terms = np.dtype((np.float64, (Solids.of(identity["solids"]).terms[1],)))
+        terms: np.dtype = np.dtype((np.float64, (Solids.of(identity["solids"]).terms[1],)))
         protocols |= dict.fromkeys(SOLIDS, terms)
     check_columns(columns, {**layout, **protocols}, identity["count"])
     completed = columns["status"] == COMPLETED
