@@ -104,7 +104,9 @@ def _distribute(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, 
             x = float(places[f])
             right = min(float(places[f + 1]), b)
             first = max(0, min(i - 1, size - 4))
-            smooth = cubic(new_places, out, first, x) if size > 3 else out[i] + (x - a) / (b - a) * (out[i + 1] - out[i])
+            smooth = (
+                cubic(new_places, out, first, x) if size > 3 else out[i] + (x - a) / (b - a) * (out[i + 1] - out[i])
+            )
             weight = (values[f] - smooth) * _hat_weight(left, x, right)
             total += weight
             moment += weight * (x - a) / (b - a)

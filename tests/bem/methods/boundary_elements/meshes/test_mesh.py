@@ -15,7 +15,7 @@ from bem.methods.boundary_elements.meshes.mesh import (
     resolves,
     uniform_mesh,
 )
-from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence
+from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence, smooth_influence_of
 from tests.bem.methods.contacts import CONTROLS, mesh_for, spacing_for
 
 
