@@ -3,8 +3,8 @@
 From an equally spaced grid to one of half the spacing, cubics through four nodes give the values between the old ones.
 Moving grids lie on one lattice: a node of both keeps its value. A new node gets the cubic through the four old nodes
 around it, limited to the values of the two next to it: linear fields are exact, and nothing rises beyond its
-neighbours. A node that is left out hands on what it differs from the cubic through those that remain, so that the force,
-the integral of sigma r dr, is conserved: the surface far away does not feel the change.
+neighbours. A node that is left out hands on what it differs from the cubic through those that remain, so that the
+force, the integral of sigma r dr, is conserved: the surface far away does not feel the change.
 """
 
 from typing import NamedTuple

@@ -75,12 +75,12 @@ def test_left_out_nodes_follow_even_cubics():
     assert not np.any(parabola[places.size :])
 
 
-@pytest.mark.parametrize(("tabor", "edge"), CASES)
 def test_equal_places_give_the_smooth_influence():
     hats = np.random.default_rng(3).standard_normal((40, 40))
     np.testing.assert_allclose(smooth_influence_of(np.arange(40), hats)[:-2], smooth_influence(hats)[:-2], atol=1e-13)
 
 
+@pytest.mark.parametrize(("tabor", "edge"), CASES)
 @pytest.mark.parametrize("lines", [True, False])
 def test_master_rows_agree_with_selection(tabor, edge, lines):
     _, mesh = mesh_for(tabor, edge=edge, peak=10.0, remembers=True, lines=lines)
