@@ -140,8 +140,8 @@ def sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
     quantities, must, rest = str(error).partition(" must ")
-    for name, typed in _option_of.items():
-        quantities = re.sub(rf"\b{name}\b", typed, quantities) if must else quantities
+    if must and re.fullmatch(r"\w+((, | and )\w+)*", quantities):
+        quantities = re.sub(r"\w+", lambda name: _option_of.get(name[0], name[0]), quantities)
     text = quantities + must + rest
     return shortened(text, LONGEST)
 
