@@ -183,7 +183,7 @@ def test_a_tightened_accuracy_is_said():
         times = [0.0, *np.cumsum(10.0 ** random.uniform(-3.0, 1.0, 3))]
         depths = tabor * np.array([-2.1, random.uniform(0.0, 4.0), random.uniform(0.0, 2.0), -3.5])
         scene = Scene(tabor, StandardLinearSolid(ratio), adhesion=ConstantStress())
-        trajectory = simulate(scene, PiecewiseLinearProtocol(times, depths), 0.05)
+        trajectory = by_elements(scene, PiecewiseLinearProtocol(times, depths), 0.05)
         stats = trajectory.stats
         message = (
             f"completed (accuracy tightened from 0.05 to {trajectory.accuracy:g} after {stats.failed_attempts} failed"
