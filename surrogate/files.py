@@ -19,9 +19,9 @@ from surrogate.data.scaling import Scaling
 from surrogate.onnx.file import ONNX_NAME, sha256
 
 WEIGHTS = "model.weights.h5"
-STAGES = ("scalars.onnx", "curve.onnx")
-"""Files of a model of any linear solid (`surrogate.solids`)."""
-SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz", *STAGES, "intervals.npz")
+STAGES = "stages.npz"
+"""File of a model of any linear solid (`surrogate.solids`)."""
+SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz", STAGES, "intervals.npz")
 """Files whose SHA-256 sums are in `run.json`, in the entry `sha256`, with that of all else in `run.json`."""
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""

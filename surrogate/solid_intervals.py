@@ -2,7 +2,7 @@
 
 The size of an error is expected from the features, by a polynomial fitted to trajectories of the training. Trajectories
 of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the kind of their
-solid: few retardation terms or many. In each group a quantile of the errors over the expected ones gives the interval
+solid: few retardation times that lie close together, or others. In each group a quantile of the errors over the expected ones gives the interval
 its half-width (Mondrian, normalised conformal prediction).
 
 Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive distributions (2021).
@@ -20,10 +20,18 @@ from surrogate.data.polynomial import Polynomial
 from surrogate.intervals import LEVELS, UNSEEN, _quantiles
 
 GROUPS = 5
-FEW = 4
-"""Largest number of terms of the first kind of solids."""
-KINDS = ("few terms", "many terms")
+FEW, DECADES = 4, 4.0
+"""Largest number of terms of the first kind of solids, and decades that their times span at most."""
+KINDS = ("few terms", "broad spectra")
 _LEAST = 1e-5  # added to errors before their logarithm is taken
+
+
+def kinds_of(strengths: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Numbers of the kinds of solids (batch,), of terms (batch, m); those of strength zero are left out."""
+    used = strengths > 0.0
+    decades = np.log10(np.where(used, times, 0.0).max(axis=1, initial=1e-300))
+    decades -= np.log10(np.where(used, times, np.inf).min(axis=1, initial=1e300))
+    return ((used.sum(axis=1) > FEW) | (decades > DECADES)).astype(int)
 
 
 @dataclass(frozen=True)
@@ -47,9 +55,9 @@ class SolidIntervals:
         edges = np.quantile(expected(features), np.arange(1, GROUPS) / GROUPS, axis=0).T
         return cls(expected, edges, np.full((len(KINDS), errors.shape[1], GROUPS, len(LEVELS)), UNSEEN))
 
-    def calibrated(self, features: np.ndarray, terms: np.ndarray, errors: np.ndarray) -> SolidIntervals:
-        """Take the quantiles of each kind that is among solids with so many `terms` (batch,)."""
-        sizes, groups, kinds = self._judged(features, terms)
+    def calibrated(self, features: np.ndarray, kinds: np.ndarray, errors: np.ndarray) -> SolidIntervals:
+        """Take the quantiles of each kind that is among `kinds` (batch,)."""
+        sizes, groups = self._judged(features)
         quantiles = self.quantiles.copy()
         for kind in np.unique(kinds):
             for target in range(errors.shape[1]):
@@ -60,9 +68,9 @@ class SolidIntervals:
                         quantiles[kind, target, group] = _quantiles(members)
         return SolidIntervals(self.expected, self.edges, quantiles)
 
-    def half_widths(self, features: np.ndarray, terms: np.ndarray, coverage: float) -> np.ndarray:
+    def half_widths(self, features: np.ndarray, kinds: np.ndarray, coverage: float) -> np.ndarray:
         """Half-widths of the targets (batch, targets) that are to contain a share `coverage` of true values."""
-        sizes, groups, kinds = self._judged(features, terms)
+        sizes, groups = self._judged(features)
         right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
         share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         table = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
@@ -70,12 +78,12 @@ class SolidIntervals:
 
     def groups(self, features: np.ndarray) -> np.ndarray:
         """Numbers of the groups of expected error, (batch, targets)."""
-        return self._judged(features, np.zeros(len(features)))[1]
+        return self._judged(features)[1]
 
-    def _judged(self, features: np.ndarray, terms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _judged(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         sizes = self.expected(features)
         groups = np.stack([np.searchsorted(edge, size) for edge, size in zip(self.edges, sizes.T, strict=True)], axis=1)
-        return np.exp(sizes), groups, (np.asarray(terms) > FEW).astype(int)
+        return np.exp(sizes), groups
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """What to store; `of_arrays` is the inverse."""

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, overload
@@ -22,14 +21,15 @@ from bem._support.wording import shown
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.measurement_steps import PHYSICAL
 from bem.dataset.pull_off_steps import pull_off_grid
-from bem.problem.materials import Elastic, Material
+from bem.problem.materials import Elastic
 from bem.problem.protocol import LoadingProtocol, default_start_indentation
 from bem.problem.scene import Scene
+from surrogate.data.dense import Stage
+from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
 from surrogate.intervals import LEVELS
-from surrogate.onnx.file import session_of
-from surrogate.solid_intervals import SolidIntervals
+from surrogate.solid_intervals import SolidIntervals, kinds_of
 from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
 from surrogate.validity import contacts
 
@@ -37,8 +37,6 @@ SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
 FORMAT = "viscoelastic-contact-solids"
 INTERVALS = "intervals.npz"
-TOLERANCE, FEATURE_MARGIN = 1e-3, 0.1
-"""How far outside its range in the training a feature may lie, in widths of it: as inside, and with a warning."""
 _BATCH = 4096
 
 
@@ -77,34 +75,33 @@ def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarra
     return without + np.sinh(targets) * pull_off_force[:, np.newaxis]
 
 
-def values_of(content: bytes, inputs: np.ndarray) -> np.ndarray:
-    """Run the ONNX file of a stage on inputs (batch, n), and return its targets (batch, m)."""
-    session = session_of(content)
-    parts = [{"features": inputs[at : at + _BATCH]} for at in range(0, len(inputs), _BATCH)]
-    return np.concatenate([session.run(["targets"], part)[0] for part in parts])
-
-
 class SolidSurrogate:
     """A model of any linear solid; `SolidSurrogate.load` reads the folder of one.
 
     Args:
-        stages: ONNX files of the two stages.
+        stages: The two stages.
+        reach: What their training covers.
         counts: Points of loading, dwell and unloading.
         name: Name of the model.
-        ranges: Low and high of each feature in the training, shape (features, 2).
         intervals: What is known of the errors of the scalars.
     """
 
+    bands = modulus_ratio = None
+    """As of `surrogate.model.Surrogate`: the curve has no bands, and any solid is known."""
+
     def __init__(
         self,
-        stages: tuple[bytes, bytes],
+        stages: tuple[Stage, Stage],
+        reach: Reach,
         *,
         counts: tuple[int, int, int] = PHYSICAL,
         name: str = "",
-        ranges: np.ndarray | None = None,
         intervals: SolidIntervals | None = None,
     ) -> None:
-        self.stages, self.counts, self.name, self.ranges, self.intervals = stages, counts, name, ranges, intervals
+        self.stages, self.reach, self.counts, self.name, self.intervals = stages, reach, counts, name, intervals
+
+    def __repr__(self) -> str:
+        return f"<SolidSurrogate: {self.name}>"
 
     @classmethod
     def load(cls, folder: str | Path) -> SolidSurrogate:
@@ -116,20 +113,11 @@ class SolidSurrogate:
         """
         folder = Path(folder)
         run = read_record(folder)
-        scalars, curve = (read_intact(folder / name, run) for name in STAGES)
-        counts, ranges = tuple(run["counts"]), np.array([run["ranges"][name] for name in FEATURES])
-        intervals = None
-        if INTERVALS in run["sha256"]:
-            with np.load(BytesIO(read_intact(folder / INTERVALS, run))) as arrays:
-                intervals = SolidIntervals.of_arrays(dict(arrays))
-        return cls((scalars, curve), counts=counts, name=folder.name, ranges=ranges, intervals=intervals)
-
-    @cached_property
-    def _sessions(self) -> list[Any]:
-        return [session_of(content) for content in self.stages]
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_sessions"}
+        arrays = _arrays(folder / STAGES, run)
+        stages = Stage.of_arrays(arrays, "scalars"), Stage.of_arrays(arrays, "curve")
+        reach = Reach(*(arrays[f"reach/{field.name}"] for field in fields(Reach)))
+        intervals = SolidIntervals.of_arrays(_arrays(folder / INTERVALS, run)) if INTERVALS in run["sha256"] else None
+        return cls(stages, reach, counts=tuple(run["counts"]), name=folder.name, intervals=intervals)
 
     @overload
     def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> SolidTrajectory: ...
@@ -153,7 +141,7 @@ class SolidSurrogate:
 
         Returns:
             One trajectory, or a list of them in order. Its `extrapolated` lists the features outside those of the
-            training, where intervals are infinite; farther outside than `FEATURE_MARGIN`, results are NaN.
+            training, where intervals are infinite; far outside (`surrogate.data.reach`), results are NaN.
 
         Raises:
             ValueError: a scene is of another kind, a protocol has no dwell, or one contact lies outside the margin.
@@ -169,53 +157,47 @@ class SolidSurrogate:
             raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
         terms = max(1, *(len(entry.material.times) for entry in scenes))
         strengths, times = np.zeros((len(scenes), terms)), np.ones((len(scenes), terms))
-        unit = np.empty(len(scenes))
-        for row, (entry, path) in enumerate(zip(scenes, paths, strict=True)):
-            solid = entry.material
-            strengths[row, : len(solid.times)] = solid.strengths
-            unit[row] = _unit_of_time(solid, path)
-            times[row, : len(solid.times)] = np.asarray(solid.times) / unit[row]
+        for row, entry in enumerate(scenes):
+            strengths[row, : len(entry.material.times)] = entry.material.strengths
+            times[row, : len(entry.material.times)] = entry.material.times
         quantities = {name: np.array([getattr(path, name) for path in paths]) for name in PROTOCOL[1:]}
-        scales = {"loading_rate": unit, "unloading_rate": unit, "dwell_time": 1.0 / unit}
-        quantities = {name: values * scales.get(name, 1.0) for name, values in quantities.items()}
         found = self.predict_many({"tabor": tabor} | quantities, strengths, times)
-        return self._trajectories(found, unit, (strengths > 0.0).sum(axis=1), coverage, clock, single=single)
+        return self._trajectories(found, kinds_of(strengths, times), coverage, clock, single=single)
 
     def _trajectories(
         self,
         found: dict[str, np.ndarray],
-        unit: np.ndarray,
-        terms: np.ndarray,
+        kinds: np.ndarray,
         coverage: float,
         clock: float,
         *,
         single: bool,
     ) -> SolidTrajectory | list[SolidTrajectory]:
-        """The results of `predict_many` as trajectories, in times of the solids' own units."""
-        outside = self._outside(found["features"])
+        """The results of `predict_many` as trajectories."""
+        outside = self.reach.outside(found["features"])
         reasons = [
-            f"features must be those of the training of {self.name}; received {', '.join(texts)}" if far else ""
+            f"the contact must be like those of the training of {self.name}, `bem.simulate` takes others; received "
+            f"{', '.join(texts)}" * far
             for texts, far in outside
         ]
         if single and reasons[0]:
             raise ValueError(reasons[0])
         turn = sum(self.counts[:2])
-        times = found["times"] * unit[:, np.newaxis]
         half = np.full(found["targets"].shape, np.inf)
         if self.intervals is not None:
-            half = self.intervals.half_widths(found["features"], terms, coverage)
+            half = self.intervals.half_widths(found["features"], kinds, coverage)
         half[:, 2] *= found["hysteresis"]
-        readings = zip(found["pull_off_force"], found["pull_off_time"] * unit, found["hysteresis"], strict=True)
+        readings = zip(found["pull_off_force"], found["pull_off_time"], found["hysteresis"], strict=True)
         doubts = [
             Doubt(coverage, None, tuple(map(float, reading)), row, np.empty(0))
             for reading, row in zip(readings, half, strict=True)
         ]
         trajectories = predicted_trajectories(
-            times,
+            found["times"],
             found["indentations"],
             found["force"],
             unloading_from=turn - 1,
-            seconds=(time.perf_counter() - clock) / len(times),
+            seconds=(time.perf_counter() - clock) / len(outside),
             model=self.name,
             extrapolated=[texts for texts, _ in outside],
             doubts=doubts,
@@ -226,24 +208,6 @@ class SolidSurrogate:
             for trajectory, compression in zip(trajectories, found["max_compression"], strict=True)
         ]
         return own[0] if single else own
-
-    def _outside(self, features: np.ndarray) -> list[tuple[tuple[str, ...], bool]]:
-        """What of each contact lies outside the ranges of the features, as text, and whether it does by far."""
-        if self.ranges is None:
-            return [((), False)] * len(features)
-        low, high = self.ranges.T
-        width = np.maximum(high - low, 1e-9)
-        excess = np.maximum(low - features, features - high) / width
-        return [
-            (
-                tuple(
-                    f"{FEATURES[at]} {features[row, at]:.3g}, outside {low[at]:.3g} to {high[at]:.3g} (logarithms)"
-                    for at in np.flatnonzero(excess[row] > TOLERANCE)
-                ),
-                bool(excess[row].max() > FEATURE_MARGIN),
-            )
-            for row in range(len(features))
-        ]
 
     def predict_many(
         self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray, *, curve: bool = True
@@ -278,7 +242,7 @@ class SolidSurrogate:
         rate = quantities["unloading_rate"]
         travel = quantities["peak_indentation"] - default_start_indentation(quantities["tabor"])
         begin = travel / quantities["loading_rate"] + quantities["dwell_time"]
-        targets = self._sessions[0].run(["targets"], {"features": features})[0]
+        targets = self.stages[0](features)
         scalars = scalars_of(targets, begin, rate)
         # The protocol ends where it began.
         scalars["pull_off_time"] = np.minimum(scalars["pull_off_time"], begin + travel / rate)
@@ -288,7 +252,7 @@ class SolidSurrogate:
         terms = {"strengths": strengths[part], "retardation_times": times[part]}
         grid = pull_off_grid(**quantities, **terms, pull_off_time=scalars["pull_off_time"], counts=self.counts)
         without = forces_without_adhesion(*grid, quantities["tabor"], *relaxation_spectra(*terms.values()))
-        shape = self._sessions[1].run(["targets"], {"features": np.column_stack([features, targets])})[0]
+        shape = self.stages[1](np.column_stack([features, targets]))
         force = curve_of(shape, without, scalars["pull_off_force"])
         turn = sum(self.counts[:2])
         # No force of the unloading exceeds the pull-off force, which is the one at its instant.
@@ -313,16 +277,6 @@ class SolidTrajectory(PredictedTrajectory):
         return None
 
 
-def _unit_of_time(solid: Material, protocol: LoadingProtocol) -> float:
-    """The mean retardation time of a solid, geometric and weighted by the strengths.
-
-    An elastic solid has none; it gets one that brings the rates of its protocol to the middle of their ranges.
-    """
-    if not len(solid.times):
-        return float(10.0 / np.sqrt(protocol.loading_rate * protocol.unloading_rate))
-    return float(np.exp(np.sum(solid.strengths * np.log(solid.times)) / np.sum(solid.strengths)))
-
-
 def write_intervals(folder: Path, intervals: SolidIntervals) -> None:
     """Write the intervals of a model into its folder."""
     np.savez_compressed(folder / INTERVALS, **intervals.as_arrays())
@@ -330,12 +284,18 @@ def write_intervals(folder: Path, intervals: SolidIntervals) -> None:
 
 
 def write_model(
-    folder: Path, stages: tuple[bytes, bytes], features: np.ndarray, counts: Sequence[int], facts: Mapping[str, Any]
+    folder: Path, stages: tuple[Stage, Stage], reach: Reach, counts: Sequence[int], facts: Mapping[str, Any]
 ) -> None:
-    """Write the folder of a model: its stages, the ranges of its features, and `facts` of its training."""
+    """Write the folder of a model: its stages, what its training covers, and `facts` of it."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in zip(STAGES, stages, strict=True):
-        (folder / name).write_bytes(content)
-    ranges = np.stack([features.min(axis=0), features.max(axis=0)], axis=1).tolist()
+    arrays = {f"reach/{name}": values for name, values in vars(reach).items()}
+    for name, stage in zip(("scalars", "curve"), stages, strict=True):
+        arrays |= stage.as_arrays(name)
+    np.savez_compressed(folder / STAGES, **arrays)
     run = {"format": FORMAT, "format_version": 1, "name": folder.name, "counts": list(counts)}
-    write_run(folder, run | {"ranges": dict(zip(FEATURES, ranges, strict=True))} | dict(facts))
+    write_run(folder, run | dict(facts))
+
+
+def _arrays(path: Path, run: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    with np.load(BytesIO(read_intact(path, dict(run)))) as arrays:
+        return dict(arrays)

@@ -6,6 +6,7 @@ weighted by the shares, so that a solid of one term is a standard linear solid o
 
 - `prony`: any number of terms in a range is as likely as another. Shares are uniform on their simplex (a Dirichlet
   distribution of concentration 1), none below `LEAST_SHARE`; logarithms of times are uniform over four decades.
+- `broad`: the same, but over a number of decades that is itself uniform from 3 to 9, as in measured spectra.
 - `power-law`: the times are evenly spaced in their logarithm over 3 to 6 decades, and shares grow as their power beta,
   -0.1 to 0.5: the creep of a power law with cut-offs.
 - a spectrum of your own, the same for all trajectories.
@@ -23,11 +24,12 @@ from bem._support.validation import FloatArray, finite_vector, whole_number
 from bem._support.wording import shown
 from bem.problem.materials import Elastic, PronySeries
 
-PRIORS = {"prony": (1, 4), "power-law": (8, 12)}
+PRIORS = {"prony": (1, 4), "broad": (2, 12), "power-law": (8, 12)}
 """Kinds of random solids, with their least and largest number of terms."""
 MOST_TERMS = 100
 LEAST_SHARE = 0.01
 _DECADES = 4.0  # over which logarithms of times are drawn
+_BROAD = (3.0, 9.0)  # the same of `broad`: the range of their number
 _SPANS, _POWERS = (3.0, 6.0), (-0.1, 0.5)  # of power laws: decades of their times, and beta
 
 
@@ -104,10 +106,13 @@ class Solids:
         used = np.arange(most) < drawn
         if self.prior == "spectrum":
             shares, decades = np.tile(self.shares, (count, 1)), np.tile(np.log10(self.times), (count, 1))
-        elif self.prior == "prony":
+        elif self.prior in ("prony", "broad"):
+            span = np.full((count, 1), _DECADES)
+            if self.prior == "broad":
+                span = _BROAD[0] + (_BROAD[1] - _BROAD[0]) * np.random.default_rng([seed, 2]).random((count, 1))
             shares = np.where(used, -np.log1p(-unit[:, :most]), 0.0)
             shares = np.where(used, np.maximum(shares / shares.sum(axis=1, keepdims=True), LEAST_SHARE), 0.0)
-            decades = np.sort(np.where(used, _DECADES * unit[:, most:-1], np.inf), axis=1)
+            decades = np.sort(np.where(used, span * unit[:, most:-1], np.inf), axis=1)
         else:
             span = _SPANS[0] + (_SPANS[1] - _SPANS[0]) * unit[:, :1]
             decades = span * np.arange(most) / np.maximum(drawn - 1, 1)

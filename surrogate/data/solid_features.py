@@ -3,7 +3,8 @@
 A list of retardation terms tells a network little. What decides the pull-off is the compliance on the crack's own time
 scale, x / unloading rate for lengths x of the order of h0, and the state of the memory when the force of Lee and Radok
 without adhesion crosses zero (`bem.dataset.lee_radok`). `FEATURES` names the columns; all are logarithms or the like,
-of quantities in the units of `bem.problem.protocol`.
+of quantities in the units of `bem.problem.protocol`. None depends on the unit of time: a solid of many retardation
+times has none of its own.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ BEYOND = np.array([0.3, 1.0, 3.0, 10.0, 30.0])
 """Offsets below the crossing, in h0, at which the force without adhesion is carried on."""
 PROTOCOL = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
 FEATURES = (
-    *PROTOCOL,
+    *("tabor", "peak_indentation", "rate_ratio", "dwell_travel"),
     *("modulus_ratio", "peak_force", "held_force", "travel_to_crossing", "travel_after_crossing", "crossing_slope"),
     *("work", "crossing", "relaxation_at_crossing", "half_force"),
     *("compliance_since_turn", "compliance_since_dwell", "compliance_since_loading"),
@@ -95,18 +96,19 @@ def _features(
         for j in range(modulus.size):
             relaxed += modulus[j] * np.exp(-since / relaxation[j])
         values = features[row]
-        values[:5] = np.log(protocols[:, row])
-        values[5] = np.log(_creep(strength, time, 0.0))
-        values[6], values[7] = np.log(peak_force / whole), np.log(held[-1] / whole)
-        values[8], values[9] = np.log(travel / peak), np.log(crossing - starts[row])
-        values[10] = np.log(max(slope, 0.0) + 0.3)
-        values[11] = np.log(max(work, _TINY) + 1e-3 * whole * peak)
-        values[12], values[13] = np.log(crossing + 0.3), np.log(relaxed)
-        values[14] = np.log((travels[half - 1] + share * (travels[half] - travels[half - 1])) / peak + 1e-3)
-        values[15] = np.log(_creep(strength, time, since))
-        values[16] = np.log(_creep(strength, time, since + dwelt))
-        values[17] = np.log(_creep(strength, time, since + dwelt + peak / up))
-        column = 18
+        values[0], values[1] = np.log(protocols[0, row]), np.log(peak)
+        values[2], values[3] = np.log(up / down), np.log(dwelt * down)
+        values[4] = np.log(_creep(strength, time, 0.0))
+        values[5], values[6] = np.log(peak_force / whole), np.log(held[-1] / whole)
+        values[7], values[8] = np.log(travel / peak), np.log(crossing - starts[row])
+        values[9] = np.log(max(slope, 0.0) + 0.3)
+        values[10] = np.log(max(work, _TINY) + 1e-3 * whole * peak)
+        values[11], values[12] = np.log(crossing + 0.3), np.log(relaxed)
+        values[13] = np.log((travels[half - 1] + share * (travels[half] - travels[half - 1])) / peak + 1e-3)
+        values[14] = np.log(_creep(strength, time, since))
+        values[15] = np.log(_creep(strength, time, since + dwelt))
+        values[16] = np.log(_creep(strength, time, since + dwelt + peak / up))
+        column = 17
         for length in CRACK:
             values[column] = np.log(_creep(strength, time, length / down))
             column += 1

@@ -21,7 +21,7 @@ from scipy.interpolate import PchipInterpolator
 
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
-from surrogate.solid_intervals import SolidIntervals
+from surrogate.solid_intervals import SolidIntervals, kinds_of
 from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, write_intervals
 
 COVERAGES = (0.5, 0.9)
@@ -36,7 +36,7 @@ def compared(
     """Predictions of some trajectories of a data set, with the `errors` (batch, 4) of their targets.
 
     Returns:
-        What `SolidSurrogate.predict_many` does, and `errors`, `terms` and the true `SCALARS` as `true_...`.
+        What `SolidSurrogate.predict_many` does, and `errors`, `kinds` and the true `SCALARS` as `true_...`.
     """
     protocols = {name: values[rows] for name, values in dataset.protocols.items()}
     strengths, times = (values[rows] for values in dataset.solids)
@@ -44,7 +44,7 @@ def compared(
     true = {name: dataset.scalars[name][rows] for name in SCALARS}
     begin = dataset.grid()[0][rows, sum(dataset.counts[:2]) - 1]
     prediction["errors"] = prediction["targets"] - scalar_targets(true, begin, protocols["unloading_rate"])
-    prediction["terms"] = (strengths > 0.0).sum(axis=1)
+    prediction["kinds"] = kinds_of(strengths, times)
     return prediction | {f"true_{name}": values for name, values in true.items()} | {"begin": begin}
 
 
@@ -57,13 +57,13 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
         for path in paths:
             dataset = load_dataset(path)
             parts.append(compared(model, dataset, dataset.completed[:most]))
-        features, terms, errors = (
-            np.concatenate([part[name] for part in parts]) for name in ("features", "terms", "errors")
+        features, kinds, errors = (
+            np.concatenate([part[name] for part in parts]) for name in ("features", "kinds", "errors")
         )
         if intervals is None:
             intervals = SolidIntervals.fit(features, errors)
         else:
-            intervals = intervals.calibrated(features, terms, errors)
+            intervals = intervals.calibrated(features, kinds, errors)
     write_intervals(folder, intervals)
 
 
@@ -97,7 +97,7 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     table["pull-off force"]["bias"] = 100.0 * float(np.median(bias))
     if model.intervals is not None:
         for coverage in COVERAGES:
-            half = model.intervals.half_widths(part["features"], part["terms"], coverage)
+            half = model.intervals.half_widths(part["features"], part["kinds"], coverage)
             for column, name in enumerate(list(errors)[:4]):
                 inside = np.abs(part["errors"][:, column]) <= half[:, column]
                 table[name][f"covered at {coverage:g}"] = 100.0 * float(inside.mean())

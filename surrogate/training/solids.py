@@ -29,11 +29,12 @@ from bem.dataset.lee_radok import relaxation_spectra
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
 from surrogate.data.examples import Examples
+from surrogate.data.dense import Stage
 from surrogate.data.polynomial import Polynomial
+from surrogate.data.reach import Reach
 from surrogate.data.solid_features import forces_without_adhesion, solid_features
 from surrogate.onnx.file import sha256
-from surrogate.onnx.solid_graph import stage_content
-from surrogate.solids import SCALARS, curve_targets, scalar_targets, values_of, write_model
+from surrogate.solids import SCALARS, curve_targets, scalar_targets, write_model
 from surrogate.training.fitting import fit, started
 from surrogate.training.recipe import Cosine, Recipe
 from surrogate.training.run_folder import Report, locked, print_epoch
@@ -44,7 +45,7 @@ HELD_OUT = 0.04
 RECIPE = Recipe(
     name="solids",
     seed=0,
-    batch_size=512,
+    batch_size=1024,
     epochs=120,
     learning_rate=3e-3,
     optimizer="soap",
@@ -110,16 +111,23 @@ def network(inputs: int, outputs: int, units: Sequence[int] = UNITS) -> keras.Mo
 
 
 def train_stage(
-    name: str, features: np.ndarray, targets: np.ndarray, recipe: Recipe, folder: Path, facts: dict, report: Report
-) -> bytes:
-    """Train one stage in `folder`, or resume it, and return its ONNX file."""
+    features: np.ndarray, targets: np.ndarray, recipe: Recipe, folder: Path, facts: dict, report: Report
+) -> Stage:
+    """Train one stage in `folder`, or resume it, and return it."""
     polynomial = Polynomial.fit(features, targets)
     z, left = polynomial.standardised(features)[:, np.newaxis], polynomial.left(features, targets)[:, np.newaxis]
     count = round(HELD_OUT * len(z))
     training, choosing = (Examples(z[part, :, 1:], z[part, 0, :1], left[part]) for part in _parts(count))
     model = started(partial(network, z.shape[2], left.shape[2]), recipe.seed)
     fit(model, training, choosing, recipe, folder, facts=facts | {"recipe": recipe.as_dict()}, report=report)
-    return stage_content(polynomial, model, name)
+    return stage_of(polynomial, model)
+
+
+def stage_of(polynomial: Polynomial, model: keras.Model) -> Stage:
+    """The stage of a polynomial and of a `network`, which reads the first feature last."""
+    dense = [layer.get_weights() for layer in model.layers if isinstance(layer, layers.Dense)]
+    kernels, biases = ([values[at] for values in dense] for at in (0, 1))
+    return Stage(polynomial, [np.roll(kernels[0], 1, axis=0), *kernels[1:]], biases)
 
 
 def _parts(held_out: int) -> tuple[slice, slice]:
@@ -137,11 +145,11 @@ def train(
     """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
     facts = {"dataset": data.sha256}
     with locked(runs):
-        scalars = train_stage("scalars", data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
-        inputs = np.column_stack([data.features, values_of(scalars, data.features)])
-        curve = train_stage("curve", inputs, data.curve, recipes[1], runs / "curve", facts, report)
+        scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
+        inputs = np.column_stack([data.features, scalars(data.features)])
+        curve = train_stage(inputs, data.curve, recipes[1], runs / "curve", facts, report)
     facts |= {"trajectories": len(data.features), "recipes": [recipe.as_dict() for recipe in recipes]}
-    write_model(target, (scalars, curve), data.features, data.counts, facts | {"versions": versions()})
+    write_model(target, (scalars, curve), Reach.of(data.features), data.counts, facts | {"versions": versions()})
     return target
 
 

@@ -10,9 +10,11 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.solids import Solids
+from surrogate.data.dense import Stage
 from surrogate.data.polynomial import Polynomial
+from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
-from surrogate.solid_intervals import KINDS, SolidIntervals
+from surrogate.solid_intervals import KINDS, SolidIntervals, kinds_of
 from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, scalars_of, write_intervals
 from tests.bem.dataset.helpers import run_here
 
@@ -58,6 +60,21 @@ def test_features_of_a_split_term_are_the_same():
     assert np.abs(features_of([0.9], [3.0]) - whole).max() > 0.1
 
 
+def test_features_know_no_unit_of_time():
+    slower = {name: values / (7.0 if name.endswith("rate") else 1.0) for name, values in quantities().items()}
+    slower["dwell_time"] = 7.0 * slower["dwell_time"]
+    features = solid_features(slower, np.array([[0.4, 0.5]]), np.array([[0.7, 70.0]]))[0]
+    np.testing.assert_allclose(features, features_of([0.4, 0.5], [0.1, 10.0]), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("times", "kind"), [([1.0], 0), ([1.0, 9e3], 0), ([1.0, 2e4], 1), ([1.0, 2.0, 3.0, 4.0, 5.0], 1), ([], 0)]
+)
+def test_kinds_are_few_close_times_and_others(times, kind):
+    padded = np.array([[*times, *[1.0] * (5 - len(times))]])
+    assert kinds_of(np.where(np.arange(5) < len(times), 0.1, 0.0)[np.newaxis], padded) == [kind]
+
+
 def test_features_of_an_elastic_solid_have_no_memory():
     values = dict(zip(FEATURES, features_of([0.0], [1.0])[0], strict=True))
     for name in ("modulus_ratio", "peak_force", "held_force", "travel_to_crossing", "relaxation_at_crossing"):
@@ -87,11 +104,9 @@ def test_polynomial_has_what_is_quadratic():
     np.testing.assert_allclose(polynomial(features), targets, atol=5e-3 * np.std(targets))
 
 
-def test_file_of_a_stage_is_polynomial_and_network():
+def test_stage_is_polynomial_and_network():
     pytest.importorskip("keras")
-    from surrogate.onnx.solid_graph import stage_content
-    from surrogate.solids import values_of
-    from surrogate.training.solids import network
+    from surrogate.training.solids import network, stage_of
 
     random = np.random.default_rng(1)
     features, targets = random.normal(2.0, 3.0, (300, 5)), random.normal(size=(300, 2))
@@ -99,7 +114,10 @@ def test_file_of_a_stage_is_polynomial_and_network():
     z = polynomial.standardised(features)
     left = np.asarray(model.predict_on_batch([z[:, np.newaxis, 1:], z[:, :1]]))[:, 0]
     expected = polynomial(features) + left * polynomial.scale + polynomial.offset
-    np.testing.assert_allclose(values_of(stage_content(polynomial, model, "stage"), features), expected, atol=1e-5)
+    stage = stage_of(polynomial, model)
+    np.testing.assert_allclose(stage(features), expected, atol=1e-5)
+    again = Stage.of_arrays(stage.as_arrays("own") | stage.as_arrays("another"), "own")
+    np.testing.assert_allclose(again(features), expected, atol=1e-4)
 
 
 def test_scalars_and_curve_agree(model):
@@ -122,18 +140,31 @@ def test_unit_of_time_does_not_matter(model):
 
 
 def test_a_list_is_predicted_as_its_parts(model):
-    scenes = [Scene(1.0, SOLID), Scene(0.5, StandardLinearSolid(0.3)), Scene(2.0, Elastic())]
+    scenes = [Scene(1.0, SOLID), Scene(0.5, StandardLinearSolid(0.3)), Scene(2.0, SOLID)]
     for scene, trajectory in zip(scenes, model.predict(scenes, [PROTOCOL] * 3), strict=True):
         assert trajectory.pull_off_force == pytest.approx(model.predict(scene, PROTOCOL).pull_off_force, rel=1e-6)
 
 
 def test_far_outside_the_training_is_refused(model):
     shallow = replace(PROTOCOL, peak_indentation=0.05)
-    with pytest.raises(ValueError, match=r"features must be those of the training of model; received .*peak_indent"):
+    with pytest.raises(ValueError, match=r"like those of the training of model, .* received peak_indent"):
         model.predict(Scene(1.0, SOLID), shallow)
     near, far = model.predict([Scene(1.0, SOLID)] * 2, [PROTOCOL, shallow])
     assert near.completed
     assert np.isnan(far.pull_off_force)
+
+
+def test_combination_that_no_training_had_is_outside():
+    random = np.random.default_rng(6)
+    features = np.repeat(random.normal(size=(5000, 1)), len(FEATURES), axis=1)
+    features += 0.02 * random.normal(size=features.shape)
+    reach = Reach.of(features)
+    assert np.mean([bool(texts) for texts, _ in reach.outside(features)]) < 2e-3
+    strange = np.where(np.arange(len(FEATURES)) % 2, 1.0, -1.0)[np.newaxis]
+    assert np.all((strange > reach.low) & (strange < reach.high))
+    (texts, far), *_ = reach.outside(strange)
+    assert "as far from the mean as those of the training" in texts[0]
+    assert far
 
 
 @pytest.mark.parametrize(
@@ -150,51 +181,51 @@ def test_other_contacts_are_refused(model, scene, protocol, message):
 
 
 def test_damaged_file_is_refused(folder, tmp_path):
-    for name in ("run.json", "scalars.onnx", "curve.onnx"):
+    for name in ("run.json", "stages.npz"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
-    (tmp_path / "curve.onnx").write_bytes((folder / "curve.onnx").read_bytes()[:-1] + b"x")
+    (tmp_path / "stages.npz").write_bytes((folder / "stages.npz").read_bytes()[:-1] + b"x")
     with pytest.raises(ValueError, match="which is damaged or another file"):
         SolidSurrogate.load(tmp_path)
 
 
 def noisy(random, count):
-    """Features whose errors grow with the first of them, more for solids of many terms."""
-    features, terms = random.normal(size=(count, 3)), random.choice([2, 9], count)
-    errors = np.exp(features[:, :1]) * random.normal(size=(count, 2)) * np.where(terms > 4, 2.0, 1.0)[:, np.newaxis]
-    return features, terms, errors
+    """Features whose errors grow with the first of them, more for broad spectra."""
+    features, kinds = random.normal(size=(count, 3)), random.choice([0, 1], count)
+    errors = np.exp(features[:, :1]) * random.normal(size=(count, 2)) * (1.0 + kinds)[:, np.newaxis]
+    return features, kinds, errors
 
 
 def test_intervals_cover_every_group_and_kind():
     random = np.random.default_rng(3)
     features, _, errors = noisy(random, 20_000)
     intervals = SolidIntervals.fit(features, errors).calibrated(*noisy(random, 20_000))
-    features, terms, errors = noisy(random, 20_000)
-    covered = np.abs(errors) <= intervals.half_widths(features, terms, 0.9)
+    features, kinds, errors = noisy(random, 20_000)
+    covered = np.abs(errors) <= intervals.half_widths(features, kinds, 0.9)
     groups = intervals.groups(features)
-    for kind in (terms <= 4, terms > 4):
+    for kind in (kinds == 0, kinds == 1):
         for group in range(5):
             assert 0.87 < covered[(groups[:, 0] == group) & kind, 0].mean() < 0.95
     again = SolidIntervals.of_arrays(intervals.as_arrays())
-    np.testing.assert_array_equal(again.half_widths(features, terms, 0.8), intervals.half_widths(features, terms, 0.8))
+    np.testing.assert_array_equal(again.half_widths(features, kinds, 0.8), intervals.half_widths(features, kinds, 0.8))
 
 
 def test_kind_without_calibration_has_wide_intervals():
     random = np.random.default_rng(4)
     features, _, errors = noisy(random, 2_000)
     intervals = SolidIntervals.fit(features, errors)
-    intervals = intervals.calibrated(features, np.full(len(features), 2), errors)
-    few, many = (intervals.half_widths(features, np.full(len(features), terms), 0.9) for terms in (2, 9))
+    intervals = intervals.calibrated(features, np.zeros(len(features), int), errors)
+    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9) for kind in (0, 1))
     assert np.all(many > 50.0 * few)
     assert len(KINDS) == 2
 
 
 def test_intervals_are_those_of_the_folder(folder, tmp_path):
-    for name in ("run.json", "scalars.onnx", "curve.onnx"):
+    for name in ("run.json", "stages.npz"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     random = np.random.default_rng(5)
-    features = SolidSurrogate.load(folder).ranges.mean(axis=1) + random.normal(size=(3000, len(FEATURES)))
+    features = SolidSurrogate.load(folder).reach.mean + random.normal(size=(3000, len(FEATURES)))
     errors = 0.01 * random.normal(size=(3000, 4))
-    fitted = SolidIntervals.fit(features, errors).calibrated(features, np.full(3000, 2), errors)
+    fitted = SolidIntervals.fit(features, errors).calibrated(features, np.zeros(3000, int), errors)
     write_intervals(tmp_path, fitted)
     trajectory = SolidSurrogate.load(tmp_path).predict(Scene(1.0, SOLID), PROTOCOL)
     low, high = trajectory.pull_off_interval

@@ -1,0 +1,70 @@
+"""One stage of a model of any linear solid: a quadratic polynomial of its features, and a dense network on them.
+
+Standardised features z enter the polynomial and the network, whose outputs, times a scale, are added to it. NumPy
+evaluates both: for one contact a session of ONNX Runtime would cost more than its multiplications.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import erf
+
+from surrogate.data.polynomial import Polynomial, pairs
+
+_AT_ONCE = 5_000  # rows whose products are in memory at a time
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A polynomial and a network.
+
+    Args:
+        polynomial: Of the features.
+        kernels: Weights of the layers, float32, from all inputs to all outputs.
+        biases: Their biases; all layers but the last are followed by GELU.
+    """
+
+    polynomial: Polynomial
+    kernels: Sequence[np.ndarray]
+    biases: Sequence[np.ndarray]
+
+    def __call__(self, features: np.ndarray) -> np.ndarray:
+        """Targets (batch, m) of features (batch, n)."""
+        parts = [self._part(features[at : at + _AT_ONCE]) for at in range(0, len(features), _AT_ONCE)]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _part(self, features: np.ndarray) -> np.ndarray:
+        polynomial = self.polynomial
+        z = ((features - polynomial.mean) / polynomial.deviation).astype(np.float32)
+        first, second = pairs(z.shape[1])
+        constant, linear, quadratic = np.split(polynomial.coefficients, [1, 1 + z.shape[1]])
+        value = constant + z @ linear + (z[:, first] * z[:, second]) @ quadratic
+        hidden = z
+        for kernel, bias in zip(self.kernels[:-1], self.biases[:-1], strict=True):
+            hidden = hidden @ kernel + bias
+            hidden *= 0.5 * (1.0 + erf(hidden * np.float32(np.sqrt(0.5))))
+        left = hidden @ self.kernels[-1] + self.biases[-1]
+        return value + left * polynomial.scale + polynomial.offset
+
+    def as_arrays(self, name: str) -> dict[str, np.ndarray]:
+        """What to store, under names that begin with that of the stage; `of_arrays` is the inverse."""
+        arrays = {f"{name}/{key}": values for key, values in vars(self.polynomial).items()}
+        arrays[f"{name}/coefficients"] = self.polynomial.coefficients.astype(np.float32)
+        for number, layer in enumerate(zip(self.kernels, self.biases, strict=True)):
+            arrays |= zip((f"{name}/kernel_{number}", f"{name}/bias_{number}"), layer, strict=True)
+        return arrays
+
+    @classmethod
+    def of_arrays(cls, arrays: dict[str, np.ndarray], name: str) -> Stage:
+        """The inverse of `as_arrays`."""
+        own = {key.partition("/")[2]: values for key, values in arrays.items() if key.startswith(f"{name}/")}
+        layers = range(sum(key.startswith("kernel_") for key in own))
+        fields = ("mean", "deviation", "coefficients", "offset", "scale")
+        return cls(
+            Polynomial(*(own[field] for field in fields)),
+            [own[f"kernel_{number}"] for number in layers],
+            [own[f"bias_{number}"] for number in layers],
+        )
