@@ -201,6 +201,37 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
 	$(SUMS) $(PUBLISHED)/pretrained
 
+# Any linear solid: by training, calibration and place of judgement a data set each, the last two at accuracy 1e-3.
+SOLIDS := $(OUT)/dataset/solids
+SPECTRA = $(VENV)/bin/bem campaign --steps pull-off --design $(or $(DESIGN),sobol) --modulus-ratio $(or $(RATIO),0.01:1) --solids
+TRUE = --accuracy 1e-3 --count
+$(SOLIDS)/prony.h5: CAMPAIGN = $(SPECTRA) prony --count 300000 --seed 71
+$(SOLIDS)/broad.h5: CAMPAIGN = $(SPECTRA) broad --count 40000 --seed 172
+$(SOLIDS)/power.h5: CAMPAIGN = $(SPECTRA) power-law --count 8000 --seed 173
+$(SOLIDS)/calibration_prony.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 3000 --seed 911
+$(SOLIDS)/calibration_broad.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 912
+$(SOLIDS)/calibration_power.h5: CAMPAIGN = $(SPECTRA) power-law $(TRUE) 1000 --seed 913
+$(SOLIDS)/test_polyurea.h5: CAMPAIGN = $(SPECTRA) polyurea $(TRUE) 600 --seed 901
+$(SOLIDS)/test_power_law.h5: CAMPAIGN = $(SPECTRA) power-law $(TRUE) 600 --seed 902
+$(SOLIDS)/test_sls.h5: CAMPAIGN = $(SPECTRA) prony:1-1 $(TRUE) 600 --seed 903
+$(SOLIDS)/test_prony_2_4.h5: CAMPAIGN = $(SPECTRA) prony:2-4 $(TRUE) 600 --seed 904
+$(SOLIDS)/test_corners.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 921
+$(SOLIDS)/test_corners.h5: DESIGN = corners
+$(SOLIDS)/test_edges.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 922
+$(SOLIDS)/test_edges.h5: DESIGN = edges
+$(SOLIDS)/test_ratio_0.1.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 923
+$(SOLIDS)/test_ratio_0.1.h5: RATIO = 0.1
+$(SOLIDS)/test_slow_unloading.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 924 --range unloading_rate=0.1:0.7
+TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony broad power)
+PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
+any-solid: setup $(patsubst %,$(SOLIDS)/%.h5,prony broad power) $(TRUTH)  ## Train and publish `any-solid` (simulates 353,500 trajectories first), and judge it
+	$(PY) -m surrogate.training.solids --data $(patsubst %,$(SOLIDS)/%.h5,prony broad power) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(LASTING)
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(patsubst %,$(SOLIDS)/%.h5,prony broad power) --calibrate $(TRUTH)
+	$(MAKE) judge-any-solid
+judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --out $(MEASURED)/any_solid.json
+	$(SUMS) $(PUBLISHED)/pretrained $(MEASURED)/any_solid.json
+
 paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
 	$(SUMS) $(RECIPE_SEEDS) $(RECIPE_SEEDS:h5=json)
@@ -344,7 +375,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	@touch $@
 
 .PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(COMPARISONS) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
-	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
+	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained any-solid judge-any-solid cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
 help:  ## List the targets that use published results, and the names of the others

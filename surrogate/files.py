@@ -1,7 +1,8 @@
 """Folders of trained models: where they are found, and what they must hold.
 
 A name is searched for in `published/models` of the repository, then in `published/models` of the working directory,
-then among the models packaged with an installation; `fast` and `accurate` in `published/pretrained` instead.
+then among the models packaged with an installation; `fast`, `accurate` and `any-solid` in `published/pretrained`
+instead.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz", STAGES, "intervals.np
 """Files whose SHA-256 sums are in `run.json`, in the entry `sha256`, with that of all else in `run.json`."""
 BANDED = ("fast", "accurate")
 """Names of the models that know any standard linear solid, and have bands."""
+ANY_SOLID = "any-solid"
+"""Name of the model that knows any linear solid."""
+PRETRAINED = (*BANDED, ANY_SOLID)
+TRAINED_BY = dict.fromkeys(BANDED, "make pretrained") | {ANY_SOLID: "make any-solid"}
 
 PUBLISHED = Path(__file__).resolve().parents[1] / "published" / "models"
 PUBLISHED_BANDED = PUBLISHED.with_name("pretrained")
@@ -52,7 +57,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             where = "is a directory without run.json" if path.is_dir() else "does not exist"
             raise FileNotFoundError(f"name must be an ONNX file; received {path}, which {where}")
         return path
-    roots = model_roots(root, banded=name in BANDED)
+    roots = model_roots(root, banded=name in PRETRAINED)
     for directory in roots if named else ():
         if (directory / path).is_dir():
             return directory / path
@@ -61,13 +66,13 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         raise FileNotFoundError(
             f"name must be a model's, a directory with run.json, or an .onnx file; received {str(name)!r}"
         )
-    if name not in (*names(), *BANDED):
-        available = ", ".join(sorted({*names(), *trained, *BANDED}))
+    if name not in (*names(), *PRETRAINED):
+        available = ", ".join(sorted({*names(), *trained, *PRETRAINED}))
         raise ValueError(f"name must be ./NAME for a folder, or one of {available}; received {shown(name)}")
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(
         f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}"
-        f"`{'make pretrained' if name in BANDED else f'surrogate train {name}'}` trains it; received a name without a "
+        f"`{TRAINED_BY.get(str(name), f'surrogate train {name}')}` trains it; received a name without a "
         f"model; trained there: {', '.join(trained) or 'none'}"
     )
 

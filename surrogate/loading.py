@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
 from bem._support.validation import whole_number
 from bem._support.wording import shown
 from surrogate.data.scaling import Scaling
-from surrogate.files import BANDED, WEIGHTS, existing, find_model, read_intact, read_run
+from surrogate.files import BANDED, STAGES, WEIGHTS, existing, find_model, read_intact, read_run
 from surrogate.intervals import Bands
 from surrogate.model import Surrogate
 from surrogate.networks import Network, OnnxNetwork, keras_network
 from surrogate.onnx import file as onnx_file
+
+if TYPE_CHECKING:
+    from surrogate.solids import SolidSurrogate
 
 BACKENDS = ("onnx", "keras")
 MOST_THREADS = 1024
@@ -26,12 +30,20 @@ FORMAT = (onnx_file.ONNX_FORMAT, str(onnx_file.ONNX_FORMAT_VERSION))
 EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 
-def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
+@overload
+def load(name: Literal["any-solid"], root: str | Path | None = None) -> SolidSurrogate: ...
+@overload
+def load(
+    name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+) -> Surrogate: ...
+def load(
+    name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+) -> Surrogate | SolidSurrogate:
     """Load a trained model.
 
     Args:
-        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; name of a
-            published model, path of a model directory that `surrogate train` wrote (`./NAME` in the working
+        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; `"any-solid"`,
+            which knows any linear solid and the uncertainty of its scalar results; name of a published model, path of a model directory that `surrogate train` wrote (`./NAME` in the working
             directory), or path of an ONNX file that `surrogate export` wrote.
         root: Directory that is searched for names. By default `published` of the repository, then `published` of the
             working directory, then the models packaged with an installation.
@@ -40,7 +52,7 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
         threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
 
     Returns:
-        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
+        A `Surrogate`, or a `SolidSurrogate` (`surrogate.solids`) with the same `predict`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
         `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces.
 
     Raises:
@@ -53,6 +65,12 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
         raise ValueError(f"backend must be one of {', '.join(BACKENDS)}; received {shown(backend)}")
     threads = whole_number("threads", threads, low=1, high=MOST_THREADS)
     source = find_model(name, root)
+    if (source / STAGES).is_file():
+        if backend != "onnx":
+            raise ValueError(f"backend must be 'onnx' for {source.name}, which NumPy evaluates; received {backend!r}")
+        from surrogate.solids import SolidSurrogate  # it compiles kernels
+
+        return SolidSurrogate.load(source)
     if name in BANDED or (source / "bands.npz").is_file():
         if backend != "onnx":
             raise ValueError(f"backend must be 'onnx' for {name}; received {backend!r}")

@@ -8,6 +8,7 @@ predicted pull-off time carries the predicted force. Units as in `bem.problem.pr
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from io import BytesIO
@@ -31,7 +32,7 @@ from surrogate.files import STAGES, read_intact, read_record, write_run
 from surrogate.intervals import LEVELS
 from surrogate.solid_intervals import SolidIntervals, kinds_of
 from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
-from surrogate.validity import contacts
+from surrogate.validity import OTHERWISE, ExtrapolationWarning, contacts
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
@@ -86,8 +87,8 @@ class SolidSurrogate:
         intervals: What is known of the errors of the scalars.
     """
 
-    bands = modulus_ratio = None
-    """As of `surrogate.model.Surrogate`: the curve has no bands, and any solid is known."""
+    modulus_ratio = None
+    """As of `surrogate.model.Surrogate`: any solid is known."""
 
     def __init__(
         self,
@@ -102,6 +103,11 @@ class SolidSurrogate:
 
     def __repr__(self) -> str:
         return f"<SolidSurrogate: {self.name}>"
+
+    @property
+    def bands(self) -> SolidIntervals | None:
+        """As of `surrogate.model.Surrogate`: what is known of the errors."""
+        return self.intervals
 
     @classmethod
     def load(cls, folder: str | Path) -> SolidSurrogate:
@@ -145,6 +151,9 @@ class SolidSurrogate:
 
         Raises:
             ValueError: a scene is of another kind, a protocol has no dwell, or one contact lies outside the margin.
+
+        Warns:
+            ExtrapolationWarning: once, where contacts leave the training.
         """
         clock = time.perf_counter()
         single = isinstance(scene, Scene)
@@ -182,6 +191,9 @@ class SolidSurrogate:
         ]
         if single and reasons[0]:
             raise ValueError(reasons[0])
+        if strange := [texts[0] for texts, _ in outside if texts]:
+            message = f"{self.name} extrapolates beyond its training: {strange[0]}; {len(strange)} of {len(outside)} do"
+            warnings.warn(f"{message}. Advice: {OTHERWISE}", ExtrapolationWarning, stacklevel=3)
         turn = sum(self.counts[:2])
         half = np.full(found["targets"].shape, np.inf)
         if self.intervals is not None:
@@ -224,7 +236,10 @@ class SolidSurrogate:
             `SCALARS` by name, shape (batch,), the `features` they follow from, and, of the curve, the steps' `times`,
             `indentations` and `force`, shape (batch, steps).
         """
-        features, _ = solid_features(dict(protocols), strengths, times)
+        # An elastic contact knows no time: neither rates nor the dwell are outside any range.
+        elastic = ~(strengths > 0.0).any(axis=1)
+        timed = {name: np.where(elastic, 1.0, protocols[name]) for name in PROTOCOL[2:]}
+        features, _ = solid_features({**protocols, **timed}, strengths, times)
         parts = [slice(at, at + _BATCH) for at in range(0, len(features), _BATCH)]
         results = [self._part(features[part], protocols, strengths, times, part, curve) for part in parts]
         return {name: np.concatenate([result[name] for result in results]) for name in results[0]}

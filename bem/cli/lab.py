@@ -121,7 +121,7 @@ def simulate_si(
         work_of_adhesion=work_of_adhesion,
         largest_tabor=largest_tabor,
         stiffness=stiffness,
-        **_solid(material, modulus, poisson_ratio, retardation_time),
+        **solid_of(material, modulus, poisson_ratio, retardation_time),
         **({} if gap is None else {"equilibrium_gap": gap}),
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
@@ -210,7 +210,7 @@ def fit(
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
-    properties = _solid(material, modulus, poisson_ratio, retardation_time)
+    properties = solid_of(material, modulus, poisson_ratio, retardation_time)
     properties |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
     properties = {name: value for name, value in properties.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
@@ -228,7 +228,7 @@ def fit(
     say_written(outputs)
 
 
-def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:
+def solid_of(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:
     """What a `Setup` knows of the half-space by these options; the modulus is `None` where none of them says it."""
     entry = entry_of(material)
     if entry is not None and retardation_time is not None:

@@ -21,11 +21,13 @@ import typer
 
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
+from bem._support.text_files import read_json
 from bem.dataset.file import Dataset, load_dataset
 from experiments.measurements.cases import regions
 from experiments.run_folders import read_table
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows
+from surrogate.files import STAGES
 
 CARD = "README.md"
 TRAINED = """- **Network**: {layers} layers of {units} units, by {recipe[optimizer]}, seed {recipe[seed]},
@@ -112,6 +114,45 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
     )
 
 
+SOLID_COLUMNS = ("pull-off force", "time since the dwell", "hysteresis", "curve, largest")
+
+
+def solid_table(measured: dict[str, Any]) -> str:
+    """Errors and coverage of the model of any linear solid by place, as a table in Markdown."""
+    head = ["Place", "Contacts", *(f"{name.capitalize()} (%)" for name in SOLID_COLUMNS)]
+    rows = [[*head, "Force in", "Time in", "Loop in", "Taken"], ["---"] * (len(head) + 4)]
+    for place, table in measured["places"].items():
+        errors = [" / ".join(number(table[name][level], 2) for level in ("50", "90", "99")) for name in SOLID_COLUMNS]
+        covered = [f"{table[name]['covered at 0.9']:.0f}" for name in SOLID_COLUMNS[:3]]
+        count = table["trajectories"]
+        label = place.removeprefix("test_").replace("_", " ")
+        rows.append([label, f"{count['count']:,.0f}", *errors, *covered, f"{count['inside']:.0f}"])
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def solid_card(folder: Path, measured: dict[str, Any]) -> str:
+    """The card of the model of any linear solid; `measured` is what `surrogate.training.solid_judgement` wrote."""
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    sources = "\n".join(
+        f"  - {source['trajectories']:,} of `--solids {source['solids']}`, seed {source['seed']}, modulus ratios "
+        f"{source['modulus_ratio'][0]:g} to {source['modulus_ratio'][1]:g}"
+        for source in run["sources"]
+    )
+    return filled(
+        "solid_card", name=folder.name, run=run, measured=measured, sources=sources, errors=solid_table(measured)
+    )
+
+
+def solid_limits(measured: dict[str, Any]) -> str:
+    """What the model of any linear solid misses, as a sentence for the table of limits."""
+    parts = []
+    for place, table in measured["places"].items():
+        values = [f"{number(table[name]['50'], 2)} and {number(table[name]['90'], 2)}" for name in SOLID_COLUMNS]
+        least = min(table[name]["covered at 0.9"] for name in SOLID_COLUMNS[:3])
+        parts.append(f"{place.removeprefix('test_').replace('_', ' ')} {', '.join(values)} ({least:.0f} % covered)")
+    return "; ".join(parts)
+
+
 def main(
     published: Annotated[Path, typer.Option(help="Folder of the published files.")] = Path("published"),
 ) -> None:
@@ -123,8 +164,9 @@ def main(
     box = {"ranges": range_rows(dataset.attributes["ranges"]), "ratio": dataset.attributes["modulus_ratio"]}
     cards[published / "models"] = filled("models_head", **box) + "\n".join(models)
     for folder in (run.parent for run in sorted((published / "pretrained").glob("*/run.json"))):
-        measured = json.loads((published / "measurements" / "errors_by_place.json").read_text(encoding="utf-8"))
-        cards[folder] = pretrained_card(folder, measured)
+        solids = (folder / STAGES).is_file()
+        results = published / "measurements" / ("any_solid.json" if solids else "errors_by_place.json")
+        cards[folder] = (solid_card if solids else pretrained_card)(folder, read_json(results))
     write_whole(published / METADATA, json.dumps(croissant(path, dataset), indent=1) + "\n")
     for folder, text in cards.items():
         write_whole(folder / CARD, text)

@@ -19,12 +19,16 @@ from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
-from surrogate.files import BANDED, find_model, model_roots, read_run, write_run
+from surrogate.cli.predict_si import UnitGroup, predict_si
+from surrogate.files import ANY_SOLID, BANDED, find_model, model_roots, read_run, write_run
 from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.stopping import STOPPED, stop_request
 
 app = typer.Typer(
-    help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
+    cls=UnitGroup,
+    help="Sequence models that imitate the contact solver.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
 )
 
 add_version(app, "surrogate", __version__)
@@ -150,6 +154,7 @@ def evaluate(
 
 
 app.command()(predict)
+app.command("predict-si")(predict_si)
 
 
 @app.command()
@@ -177,6 +182,11 @@ def export(
         raise ValueError(f"--format must be onnx or keras; received {shown(file_format)}")
     require_suffix(out, (".onnx", ".keras") if file_format is None else (f".{file_format}",))
     as_keras = out.suffix == ".keras" if out is not None else file_format == "keras"
+    if name == ANY_SOLID:
+        raise ValueError(
+            f"NAME must be a model of steps; received {name}, whose features are integrals along the protocol: it has "
+            "no ONNX file, and `fast` is what other programs run"
+        )
     if name in BANDED and as_keras:
         raise ValueError(f"--format must be onnx for {name}; received keras")
     folder = find_model(name, models)

@@ -57,12 +57,15 @@ def readable(number: int, curve: Any, check: dict[str, Any] | None) -> str:
         note = f"no band: outside the ranges that {curve.model} was trained on"
         if not curve.extrapolated:
             intervals = {name: "{:.5g} to {:.5g}".format(*getattr(curve, name)) for name in INTERVALS}
+        if curve.force_upper is None:
+            note = f"intervals are of these results: the curve of {curve.model} has no band" if intervals else note
+        elif intervals:
             half = sorted(0.5 * (curve.force_upper - curve.force_lower))
             note = (
                 f"{100 * curve.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
                 f"the median, {half[-1]:.3g} at most; --out and --json give it"
             )
-        notes = [f"modulus ratio {curve.modulus_ratio:g}; {note}"]
+        notes = [note if curve.modulus_ratio is None else f"modulus ratio {curve.modulus_ratio:g}; {note}"]
     if not curve.completed:
         return f"trajectory {number}: {curve.status}"
     rows = [

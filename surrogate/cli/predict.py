@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -29,7 +29,7 @@ FoundOption = Annotated[
 
 
 NameArgument = Annotated[
-    str, typer.Argument(help="fast, accurate, name of a published model, folder (./NAME), or ONNX file.")
+    str, typer.Argument(help="fast, accurate, any-solid, name of a published model, folder (./NAME), or ONNX file.")
 ]
 TaborOption = Annotated[
     float | None, typer.Option(help="Tabor parameter.", show_default=f"{FIRST_TABOR:g}, without --in")
@@ -70,6 +70,13 @@ RatioOption = Annotated[
         "model. Default: the model's."
     ),
 ]
+MaterialOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Solid for any-solid, as of `bem simulate`: elastic, sls:K, prony:C1@T1,C2@T2,..., an entry of the "
+        "materials library, or a .toml file."
+    ),
+]
 CoverageOption = Annotated[
     float | None, typer.Option(help="Share of true values that the bands of fast and accurate contain. Default: 0.9.")
 ]
@@ -89,6 +96,7 @@ def predict(
     plot: PlotOption = None,
     check: CheckOption = False,
     modulus_ratio: RatioOption = None,
+    material: MaterialOption = None,
     coverage: CoverageOption = None,
     backend: Annotated[str, typer.Option(help="Backend, onnx or keras.")] = "onnx",
     models: FoundOption = None,
@@ -96,8 +104,9 @@ def predict(
 ) -> None:
     """Predict the force of one protocol or of many.
 
-    The models fast and accurate take protocols on any standard linear solid, and give bands. Without a protocol, the
-    paper's sample protocol (1) is predicted.
+    The models fast and accurate take protocols on any standard linear solid, and give bands; any-solid takes any linear
+    solid. Without a protocol, the paper's sample protocol (1) is predicted. With --radius, all quantities are in newtons,
+    metres and seconds: `surrogate predict-si --help` lists the options.
 
     Example: surrogate predict accurate --modulus-ratio 0.3 --tabor 1 --peak-indentation 20 --loading-rate 10
     --dwell-time 1 --unloading-rate 10 --check --plot prediction.png
@@ -108,6 +117,7 @@ def predict(
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions
     from surrogate.cli.predict_io import of_protocols, protocols_asked, write_answers
+    from surrogate.files import PRETRAINED
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
@@ -119,9 +129,9 @@ def predict(
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
         if coverage is not None and model.bands is None:
-            raise ValueError(f"--coverage must go with fast or accurate, which have bands; received {model.name}")
+            raise ValueError(f"--coverage must go with {' or '.join(PRETRAINED)}, which know it; received {model.name}")
         ratio = _solver_material(model, table, modulus_ratio, check=check)
-        answers = of_protocols(model, table, ratio, coverage)
+        answers = of_protocols(model, table, _solid(model, table, ratio, material, modulus_ratio), coverage)
         quiet = out is not None and len(answers) > 1
         refused = _warn(answers, quiet=quiet)
         for answer in answers if check else ():
@@ -174,6 +184,20 @@ def _print(answers: Sequence[Answer], title: str, *, as_json: bool, quiet: bool)
         for number, answer in enumerate(answers):
             typer.echo(f"{title or f'trajectory {number}'}\n")
             typer.echo(readable(number, answer.predicted, answer.check))
+
+
+def _solid(model: Any, table: Table, ratio: float, material: str | None, modulus_ratio: float | None) -> Any:
+    """The solid of `--material`, or the standard linear solid of a modulus ratio."""
+    if material is None:
+        return ratio
+    from bem.cli.arguments import parse_material
+    from surrogate.files import ANY_SOLID
+
+    if not hasattr(model, "stages"):
+        raise ValueError(f"--material must go with {ANY_SOLID}, which knows any solid; received it for {model.name}")
+    if modulus_ratio is not None or RATIO in table.columns:
+        raise ValueError("the solid must come from --material or from modulus ratios, not both; received both")
+    return parse_material(material)
 
 
 def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, check: bool) -> float:

@@ -133,10 +133,10 @@ def protocols_asked(source: Path | None, options: Sequence[float | None]) -> Tab
     return read_table(source)
 
 
-def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float | None) -> list[Answer]:
-    """Predict protocols, on solids of one modulus ratio, unless the table has a column of them."""
+def of_protocols(model: Surrogate, table: Table, solid: Any, coverage: float | None) -> list[Answer]:
+    """Predict protocols, on one solid or modulus ratio, unless the table has a column of such ratios."""
     protocols, tabor = table.protocols(), table.columns["tabor"]
-    scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [ratio] * len(tabor)), strict=True)]
+    scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [solid] * len(tabor)), strict=True)]
     model_scenes = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
@@ -144,8 +144,10 @@ def of_protocols(model: Surrogate, table: Table, ratio: float, coverage: float |
     return [Answer(*fields) for fields in zip(scenes, protocols, trajectories, strict=True)]
 
 
-def _scene(tabor: float, modulus_ratio: float) -> Scene:
-    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(modulus_ratio)))
+def _scene(tabor: float, solid: Any) -> Scene:
+    """The scene of a solid, or of the standard linear solid of a modulus ratio."""
+    ratio = isinstance(solid, int | float | np.floating)
+    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=float(solid)) if ratio else solid)
 
 
 def write_answers(path: Path, answers: Sequence[Answer], columns: dict[str, np.ndarray] | None) -> None:

@@ -6,13 +6,15 @@ r"""Calibrate a model of any linear solid, and judge it, against the converged s
     python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
 
 `--fit` are trajectories of the training, to which the expected errors are fitted; those of `--calibrate` and `--judge`
-come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
+come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge. MODEL may
+be `published/pretrained/fast` where all solids are standard linear ones.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,7 +22,14 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from bem._support.outputs import write_whole
+from bem._support.provenance import provenance
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
+from bem.problem.materials import Elastic, StandardLinearSolid
+from bem.problem.protocol import LoadingProtocol
+from bem.problem.scene import Scene
+from surrogate.loading import load
+from surrogate.model import Surrogate
 from surrogate.solid_intervals import SolidIntervals, kinds_of
 from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, write_intervals
 
@@ -70,12 +79,14 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
 def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     """Errors in per cent at `QUANTILES`, and coverages in per cent, of a data set.
 
-    Those of the compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its
+    They are those of contacts that the model takes without a warning; their share is there too. Those of the compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its
     range, the mean and the largest over the instants of unloading and all others.
     """
     dataset = load_dataset(path)
     rows = dataset.completed
     part = compared(model, dataset, rows, curve=True)
+    inside = np.array([not texts for texts, _ in model.reach.outside(part["features"])])
+    rows, part = rows[inside], {name: values[inside] for name, values in part.items()}
     true = {name: part[f"true_{name}"] for name in SCALARS}
     since = [part["pull_off_time"] - part["begin"], true["pull_off_time"] - part["begin"]]
     compression = np.abs(part["max_compression"] - true["max_compression"])
@@ -99,9 +110,34 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
         for coverage in COVERAGES:
             half = model.intervals.half_widths(part["features"], part["kinds"], coverage)
             for column, name in enumerate(list(errors)[:4]):
-                inside = np.abs(part["errors"][:, column]) <= half[:, column]
-                table[name][f"covered at {coverage:g}"] = 100.0 * float(inside.mean())
-    return table | {"trajectories": {"count": len(rows)}}
+                covered = np.abs(part["errors"][:, column]) <= half[:, column]
+                table[name][f"covered at {coverage:g}"] = 100.0 * float(covered.mean())
+    return table | {"trajectories": {"count": len(inside), "inside": 100.0 * float(inside.mean())}}
+
+
+def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
+    """The same of pull-off force, time and hysteresis of `fast` or `accurate`, on standard linear solids."""
+    dataset = load_dataset(path)
+    rows = dataset.completed
+    columns = zip(*(dataset.protocols[name][rows].tolist() for name in QUANTITIES[1:]), strict=True)
+    protocols = [LoadingProtocol(**dict(zip(QUANTITIES[1:], row, strict=True))) for row in columns]
+    contacts = zip(dataset.protocols["tabor"][rows].tolist(), dataset.modulus_ratios[rows].tolist(), strict=True)
+    scenes = [Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()) for tabor, ratio in contacts]
+    begin = dataset.grid()[0][rows, sum(dataset.counts[:2]) - 1]
+    predictions = model.predict(scenes, protocols)
+    table = {}
+    for label, name, interval, since in (
+        ("pull-off force", "pull_off_force", "pull_off_interval", 0.0),
+        ("time since the dwell", "pull_off_time", "pull_off_time_interval", begin),
+        ("hysteresis", "hysteresis", "hysteresis_interval", 0.0),
+    ):
+        true = dataset.scalars[name][rows]
+        values = np.array([getattr(prediction, name) for prediction in predictions])
+        low, high = np.array([getattr(prediction, interval) for prediction in predictions]).T
+        errors = np.abs((values - since) / (true - since) - 1.0)
+        table[label] = {f"{100 * level:g}": 100.0 * float(np.quantile(errors, level)) for level in QUANTILES}
+        table[label]["covered at 0.9"] = 100.0 * float(np.mean((low <= true) & (true <= high)))
+    return table | {"trajectories": {"count": len(rows), "inside": 100.0}}
 
 
 def _curve_differences(part: dict[str, np.ndarray], dataset: Dataset, rows: np.ndarray) -> np.ndarray:
@@ -121,6 +157,11 @@ def printed(table: dict[str, dict[str, float]]) -> str:
     )
 
 
+def _words(arguments: Sequence[str]) -> str:
+    """Arguments as they were typed, but for the folders of data sets."""
+    return " ".join(Path(word).name if word.endswith(".h5") else word for word in arguments)
+
+
 def main() -> None:
     """Calibrate or judge the model that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -137,13 +178,15 @@ def main() -> None:
         parser.error("--fit and --calibrate must be given together")
     if chosen.calibrate:
         calibrate(chosen.folder, chosen.fit, chosen.calibrate)
-    model = SolidSurrogate.load(chosen.folder)
+    model = load(chosen.folder)
+    judge = judged if isinstance(model, SolidSurrogate) else judged_by_call
     tables = {}
     for path in chosen.judge:
-        tables[path.stem] = judged(model, path)
+        tables[path.stem] = judge(model, path)
         print(f"{path.stem}\n{printed(tables[path.stem])}")
     if chosen.out is not None:
-        write_whole(chosen.out, json.dumps(tables, indent=1) + "\n")
+        result = {"places": tables} | provenance(f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}")
+        write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

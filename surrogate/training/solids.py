@@ -15,15 +15,18 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import keras
 import numpy as np
 from keras import layers
 
+from bem._support.provenance import command_line
 from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import relaxation_spectra
 from surrogate.architectures.layers import AppendTabor
@@ -42,6 +45,8 @@ from surrogate.training.run_folder import Report, locked, print_epoch
 UNITS = (256, 256, 256)
 HELD_OUT = 0.04
 """Share of the trajectories that choose the epoch."""
+SOURCE = ("solids", "design", "ranges", "modulus_ratio", "seed", "accuracy")
+"""What the record of a model says of each campaign."""
 RECIPE = Recipe(
     name="solids",
     seed=0,
@@ -65,6 +70,7 @@ class SolidData:
         curve: What stage two learns, shape (n, steps).
         counts: Points of loading, dwell and unloading.
         sha256: Digest of the files.
+        sources: Of each file the solids, seed and ranges of its campaign, and how many of its trajectories completed.
     """
 
     features: np.ndarray
@@ -72,6 +78,7 @@ class SolidData:
     curve: np.ndarray
     counts: tuple[int, int, int]
     sha256: str
+    sources: list[dict[str, Any]]
 
     @classmethod
     def load(cls, paths: Sequence[Path]) -> SolidData:
@@ -80,7 +87,7 @@ class SolidData:
         Raises:
             ValueError: one of them has other steps.
         """
-        columns = []
+        columns, sources = [], []
         for path in paths:
             dataset = load_dataset(path)
             if dataset.steps != "pull-off":
@@ -97,8 +104,13 @@ class SolidData:
             targets = scalar_targets(scalars, begin, protocols["unloading_rate"])
             curve = curve_targets(dataset.force[rows], without, scalars["pull_off_force"]).astype(np.float32)
             columns.append((features, targets, curve))
+            campaign = dataset.attributes["campaign"]
+            sources.append({name: campaign[name] for name in SOURCE} | {"trajectories": len(rows)})
         digest = hashlib.sha256("".join(map(sha256, paths)).encode()).hexdigest()
-        return cls(*map(np.concatenate, zip(*columns, strict=True)), dataset.counts, digest)
+        joined = [np.concatenate(parts) for parts in zip(*columns, strict=True)]
+        # So that those that choose the epoch are of all files.
+        order = np.random.default_rng(0).permutation(len(joined[0]))
+        return cls(*(values[order] for values in joined), dataset.counts, digest, sources)
 
 
 def network(inputs: int, outputs: int, units: Sequence[int] = UNITS) -> keras.Model:
@@ -148,8 +160,13 @@ def train(
         scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
         inputs = np.column_stack([data.features, scalars(data.features)])
         curve = train_stage(inputs, data.curve, recipes[1], runs / "curve", facts, report)
-    facts |= {"trajectories": len(data.features), "recipes": [recipe.as_dict() for recipe in recipes]}
-    write_model(target, (scalars, curve), Reach.of(data.features), data.counts, facts | {"versions": versions()})
+    facts |= {"training_trajectories": len(data.features), "sources": data.sources}
+    facts |= {"recipes": [recipe.as_dict() for recipe in recipes], "command": command_line(sys.argv)}
+    stages = (scalars, curve)
+    facts["parameters"] = sum(
+        values.size for stage in stages for values in (*stage.kernels, *stage.biases, stage.polynomial.coefficients)
+    )
+    write_model(target, stages, Reach.of(data.features), data.counts, facts | {"versions": versions()})
     return target
 
 
