@@ -230,7 +230,8 @@ any-solid: setup $(patsubst %,$(SOLIDS)/%.h5,prony broad power) $(TRUTH)  ## Tra
 	$(MAKE) judge-any-solid
 judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --out $(MEASURED)/any_solid.json
-	$(SUMS) $(PUBLISHED)/pretrained $(MEASURED)/any_solid.json
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/fast --judge $(SOLIDS)/test_sls.h5 --out $(MEASURED)/fast_on_sls.json
+	$(SUMS) $(PUBLISHED)/pretrained $(MEASURED)
 
 paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)

@@ -36,6 +36,8 @@ from surrogate.validity import OTHERWISE, ExtrapolationWarning, contacts
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
+LEAST_LOOP = 0.05
+"""Added to a hysteresis, in pi R dgamma h0, before its logarithm: that of an elastic contact is zero but for rounding."""
 FORMAT = "viscoelastic-contact-solids"
 INTERVALS = "intervals.npz"
 _BATCH = 4096
@@ -45,7 +47,7 @@ def scalar_targets(scalars: Mapping[str, np.ndarray], begin: np.ndarray, unloadi
     """What stage one learns, shape (batch, 4).
 
     Logarithms of the pull-off force, of the travel from the end of the dwell, `begin`, to the pull-off, and of the
-    hysteresis; the inverse hyperbolic sine of the largest compression.
+    hysteresis and `LEAST_LOOP`; the inverse hyperbolic sine of the largest compression.
     """
     force, time, hysteresis, compression = (scalars[name] for name in SCALARS)
     travel = np.maximum((time - begin) * unloading_rate, 1e-2)
@@ -53,7 +55,7 @@ def scalar_targets(scalars: Mapping[str, np.ndarray], begin: np.ndarray, unloadi
         [
             np.log(np.maximum(force, 1e-6)),
             np.log(travel),
-            np.log(np.maximum(np.abs(hysteresis), 1e-3)),
+            np.log(np.abs(hysteresis) + LEAST_LOOP),
             np.arcsinh(compression),
         ]
     )
@@ -61,8 +63,8 @@ def scalar_targets(scalars: Mapping[str, np.ndarray], begin: np.ndarray, unloadi
 
 def scalars_of(targets: np.ndarray, begin: np.ndarray, unloading_rate: np.ndarray) -> dict[str, np.ndarray]:
     """The inverse of `scalar_targets`."""
-    force, travel, hysteresis = np.exp(targets[:, :3]).T
-    values = (force, begin + travel / unloading_rate, hysteresis, np.sinh(targets[:, 3]))
+    force, travel, loop = np.exp(targets[:, :3]).T
+    values = (force, begin + travel / unloading_rate, np.maximum(loop - LEAST_LOOP, 0.0), np.sinh(targets[:, 3]))
     return dict(zip(SCALARS, values, strict=True))
 
 
@@ -198,7 +200,7 @@ class SolidSurrogate:
         half = np.full(found["targets"].shape, np.inf)
         if self.intervals is not None:
             half = self.intervals.half_widths(found["features"], kinds, coverage)
-        half[:, 2] *= found["hysteresis"]
+        half[:, 2] *= found["hysteresis"] + LEAST_LOOP
         readings = zip(found["pull_off_force"], found["pull_off_time"], found["hysteresis"], strict=True)
         doubts = [
             Doubt(coverage, None, tuple(map(float, reading)), row, np.empty(0))

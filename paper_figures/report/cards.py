@@ -117,11 +117,12 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
 SOLID_COLUMNS = ("pull-off force", "time since the dwell", "hysteresis", "curve, largest")
 
 
-def solid_table(measured: dict[str, Any]) -> str:
-    """Errors and coverage of the model of any linear solid by place, as a table in Markdown."""
+def solid_table(measured: dict[str, Any], beside: dict[str, Any] | None = None) -> str:
+    """Errors and coverage of the model of any linear solid by place, and of another one, as a table in Markdown."""
+    others = {f"`fast`, {place.removeprefix('test_')}": table for place, table in (beside or {"places": {}})["places"].items()}
     head = ["Place", "Contacts", *(f"{name.capitalize()} (%)" for name in SOLID_COLUMNS)]
     rows = [[*head, "Force in", "Time in", "Loop in", "Taken"], ["---"] * (len(head) + 4)]
-    for place, table in measured["places"].items():
+    for place, table in (measured["places"] | others).items():
         errors = [" / ".join(number(table[name][level], 2) for level in ("50", "90", "99")) for name in SOLID_COLUMNS]
         covered = [f"{table[name]['covered at 0.9']:.0f}" for name in SOLID_COLUMNS[:3]]
         count = table["trajectories"]
@@ -143,14 +144,21 @@ def solid_card(folder: Path, measured: dict[str, Any]) -> str:
     )
 
 
-def solid_limits(measured: dict[str, Any]) -> str:
-    """What the model of any linear solid misses, as a sentence for the table of limits."""
+def solid_limits(measured: dict[str, Any], beside: dict[str, Any]) -> str:
+    """Errors of the model of any linear solid and of `fast`, as sentences for the table of limits."""
+    places = {place.removeprefix("test_").replace("_", " "): table for place, table in measured["places"].items()}
     parts = []
-    for place, table in measured["places"].items():
+    for place, table in (places | {f"`fast` on {place[5:]}": table for place, table in beside["places"].items()}).items():
         values = [f"{number(table[name]['50'], 2)} and {number(table[name]['90'], 2)}" for name in SOLID_COLUMNS]
+        largest = number(table[SOLID_COLUMNS[-1]]["99"], 2)
         least = min(table[name]["covered at 0.9"] for name in SOLID_COLUMNS[:3])
-        parts.append(f"{place.removeprefix('test_').replace('_', ' ')} {', '.join(values)} ({least:.0f} % covered)")
-    return "; ".join(parts)
+        parts.append(f"{place}: {', '.join(values)}, {largest}; {least:.0f}")
+    times = measured["milliseconds"]
+    return (
+        "Errors in percent, median and 90th percentile, of pull-off force, time since the dwell, hysteresis, and the "
+        "largest of a curve in units of its range, of which the 99th too; then the least coverage of a 90 % interval. "
+        f"{'. '.join(parts)}. A call takes {times['single']:.2f} ms, in a batch {times['batch']:.2f}"
+    )
 
 
 def main(

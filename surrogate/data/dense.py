@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import erf
 
 from surrogate.data.polynomial import Polynomial, pairs
 
+_HALF = np.float32(np.sqrt(0.5))
 _AT_ONCE = 5_000  # rows whose products are in memory at a time
 
 
@@ -36,18 +38,24 @@ class Stage:
         parts = [self._part(features[at : at + _AT_ONCE]) for at in range(0, len(features), _AT_ONCE)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
+    @cached_property
+    def _coefficients(self) -> list[np.ndarray]:
+        """The constant, linear and quadratic coefficients, float32."""
+        size = len(self.polynomial.mean)
+        return np.split(self.polynomial.coefficients.astype(np.float32), [1, 1 + size])
+
     def _part(self, features: np.ndarray) -> np.ndarray:
         polynomial = self.polynomial
         z = ((features - polynomial.mean) / polynomial.deviation).astype(np.float32)
         first, second = pairs(z.shape[1])
-        constant, linear, quadratic = np.split(polynomial.coefficients, [1, 1 + z.shape[1]])
-        value = constant + z @ linear + (z[:, first] * z[:, second]) @ quadratic
+        constant, linear, quadratic = self._coefficients
+        value = z @ linear + (z[:, first] * z[:, second]) @ quadratic + constant
         hidden = z
         for kernel, bias in zip(self.kernels[:-1], self.biases[:-1], strict=True):
             hidden = hidden @ kernel + bias
-            hidden *= 0.5 * (1.0 + erf(hidden * np.float32(np.sqrt(0.5))))
+            hidden *= np.float32(0.5) * (np.float32(1.0) + erf(hidden * _HALF))
         left = hidden @ self.kernels[-1] + self.biases[-1]
-        return value + left * polynomial.scale + polynomial.offset
+        return value + (left * polynomial.scale + polynomial.offset)
 
     def as_arrays(self, name: str) -> dict[str, np.ndarray]:
         """What to store, under names that begin with that of the stage; `of_arrays` is the inverse."""

@@ -15,14 +15,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
+from bem.dataset.campaign import Campaign
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
 from bem.problem.materials import Elastic, StandardLinearSolid
@@ -90,7 +94,7 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     true = {name: part[f"true_{name}"] for name in SCALARS}
     since = [part["pull_off_time"] - part["begin"], true["pull_off_time"] - part["begin"]]
     compression = np.abs(part["max_compression"] - true["max_compression"])
-    differences = _curve_differences(part, dataset, rows)
+    differences = _curve_differences(part["times"], part["force"], dataset, rows)
     extent = np.ptp(dataset.force[rows], axis=1)
     errors = {
         "pull-off force": np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
@@ -116,7 +120,7 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
 
 
 def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
-    """The same of pull-off force, time and hysteresis of `fast` or `accurate`, on standard linear solids."""
+    """The same of `fast` or `accurate` on standard linear solids, but for the largest compression."""
     dataset = load_dataset(path)
     rows = dataset.completed
     columns = zip(*(dataset.protocols[name][rows].tolist() for name in QUANTITIES[1:]), strict=True)
@@ -137,16 +141,22 @@ def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
         errors = np.abs((values - since) / (true - since) - 1.0)
         table[label] = {f"{100 * level:g}": 100.0 * float(np.quantile(errors, level)) for level in QUANTILES}
         table[label]["covered at 0.9"] = 100.0 * float(np.mean((low <= true) & (true <= high)))
+    times, force = (np.array([getattr(entry, name) for entry in predictions]) for name in ("time", "force"))
+    differences = _curve_differences(times, force, dataset, rows) / np.ptp(dataset.force[rows], axis=1)[:, np.newaxis]
+    for label, values in (("mean", differences.mean(axis=1)), ("largest", differences.max(axis=1))):
+        table[f"curve, {label}"] = {f"{100 * level:g}": 100.0 * float(np.quantile(values, level)) for level in QUANTILES}
     return table | {"trajectories": {"count": len(rows), "inside": 100.0}}
 
 
-def _curve_differences(part: dict[str, np.ndarray], dataset: Dataset, rows: np.ndarray) -> np.ndarray:
-    """Absolute differences of the forces at the predicted steps; the true ones are interpolated there."""
-    instants, turn = dataset.grid()[0][rows], sum(dataset.counts[:2]) - 1
-    differences = np.abs(part["force"] - dataset.force[rows])
-    for row, (true_times, force) in enumerate(zip(instants, dataset.force[rows], strict=True)):
-        interpolated = PchipInterpolator(true_times[turn:], force[turn:])(part["times"][row, turn:])
-        differences[row, turn:] = np.abs(part["force"][row, turn:] - interpolated)
+def _curve_differences(times: np.ndarray, force: np.ndarray, dataset: Dataset, rows: np.ndarray) -> np.ndarray:
+    """Absolute differences of forces at steps (batch, steps) from the true ones, which are interpolated there."""
+    ends = np.cumsum([0, *dataset.counts])
+    phases = [slice(max(begin - 1, 0), end) for begin, end in pairwise(ends)]
+    differences = np.empty(force.shape)
+    for row, (instants, true) in enumerate(zip(dataset.grid()[0][rows], dataset.force[rows], strict=True)):
+        for phase in phases:
+            interpolated = PchipInterpolator(instants[phase], true[phase])(times[row, phase])
+            differences[row, phase] = np.abs(force[row, phase] - interpolated)
     return differences
 
 
@@ -155,6 +165,25 @@ def printed(table: dict[str, dict[str, float]]) -> str:
     return "\n".join(
         f"  {name:22}" + "".join(f"{key:>14} {value:8.3f}" for key, value in row.items()) for name, row in table.items()
     )
+
+
+def milliseconds(model: Any, path: Path, *, batch: int = 512, repeats: int = 20) -> dict[str, float]:
+    """Least wall time of a call for one contact of a data set, and of one in a batch."""
+    dataset = load_dataset(path)
+    scenes, protocols = zip(*Campaign.of(dataset.attributes["campaign"]).cases_of(dataset.completed[:batch]), strict=True)
+
+    def least(calls: int, scene: Any, protocol: Any) -> float:
+        times = []
+        for _ in range(calls):
+            begin = time.perf_counter()
+            model.predict(scene, protocol)
+            times.append(time.perf_counter() - begin)
+        return 1e3 * min(times)
+
+    return {
+        "single": least(10 * repeats, scenes[0], protocols[0]),
+        "batch": least(repeats, scenes, protocols) / len(scenes),
+    }
 
 
 def _words(arguments: Sequence[str]) -> str:
@@ -179,13 +208,13 @@ def main() -> None:
     if chosen.calibrate:
         calibrate(chosen.folder, chosen.fit, chosen.calibrate)
     model = load(chosen.folder)
-    judge = judged if isinstance(model, SolidSurrogate) else judged_by_call
+    judge: Callable[..., dict] = judged if isinstance(model, SolidSurrogate) else judged_by_call
     tables = {}
     for path in chosen.judge:
         tables[path.stem] = judge(model, path)
         print(f"{path.stem}\n{printed(tables[path.stem])}")
     if chosen.out is not None:
-        result = {"places": tables} | provenance(f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}")
+        result = {"places": tables, "milliseconds": milliseconds(model, chosen.judge[0])} | provenance(f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}")
         write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
 
 

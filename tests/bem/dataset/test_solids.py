@@ -27,7 +27,7 @@ PROTOCOLS = {
 }
 
 
-@pytest.mark.parametrize(("text", "low", "high"), [("prony", 1, 4), ("power-law", 8, 12), ("prony:2-3", 2, 3)])
+@pytest.mark.parametrize(("text", "low", "high"), [("prony", 1, 4), ("broad", 2, 12), ("power-law", 8, 12), ("prony:2-3", 2, 3)])
 def test_prior_is_the_stated_one(text, low, high):
     shares, times = Solids.of(text).draw(3000, seed=1)
     used = shares > 0.0
@@ -66,7 +66,7 @@ def test_material_of_the_library_in_its_mean_time():
     ("text", "message"),
     [
         ("sylgard_184", "solids must relax; received sylgard_184, which is elastic"),
-        ("burgers", "solids must be one of prony, power-law or a spectrum; received 'burgers'"),
+        ("burgers", "solids must be one of prony, broad, power-law or a spectrum; received 'burgers'"),
         ("prony:many", "terms must read LOW-HIGH, e.g. prony:1-4; received 'prony:many'"),
         ("prony:4-2", "terms must be a whole number from 4 to 100; received 2"),
     ],
