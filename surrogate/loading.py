@@ -31,11 +31,11 @@ EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 
 @overload
-def load(name: Literal["any-solid"], root: str | Path | None = None) -> SolidSurrogate: ...
+def load(  # type: ignore[overload-overlap]  # a text that is not known may be this one
+    name: Literal["any-solid"], root: str | Path | None = None
+) -> SolidSurrogate: ...
 @overload
-def load(
-    name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
-) -> Surrogate: ...
+def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate: ...
 def load(
     name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
 ) -> Surrogate | SolidSurrogate:
@@ -43,8 +43,9 @@ def load(
 
     Args:
         name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; `"any-solid"`,
-            which knows any linear solid and the uncertainty of its scalar results; name of a published model, path of a model directory that `surrogate train` wrote (`./NAME` in the working
-            directory), or path of an ONNX file that `surrogate export` wrote.
+            which knows any linear solid and the uncertainty of its scalar results; name of a published model, path of a
+            model directory that `surrogate train` wrote (`./NAME` in the working directory), or path of an ONNX file
+            that `surrogate export` wrote.
         root: Directory that is searched for names. By default `published` of the repository, then `published` of the
             working directory, then the models packaged with an installation.
         backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
@@ -52,8 +53,9 @@ def load(
         threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
 
     Returns:
-        A `Surrogate`, or a `SolidSurrogate` (`surrogate.solids`) with the same `predict`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
-        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces.
+        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
+        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces. Of `"any-solid"` a
+        `SolidSurrogate` (`surrogate.solids`), whose `predict` is like it.
 
     Raises:
         FileNotFoundError: the model directory or one of its files does not exist.

@@ -24,8 +24,8 @@ from bem.cli.arguments import (
 DESIGN_HELP = "How protocols are drawn; as in the paper by default."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."
 SOLIDS_HELP = (
-    "Random linear solids: prony, broad or power-law, with :LOW-HIGH for other numbers of terms; or an entry of the materials "
-    "library or a .toml file, in units of its mean retardation time. Standard linear solids by default."
+    "Random linear solids: prony, broad or power-law, with :LOW-HIGH for other numbers of terms; or an entry of the "
+    "materials library or a .toml file, in units of its mean retardation time. Standard linear solids by default."
 )
 STEPS_HELP = (
     "Where forces are stored: uniform steps as in the paper (the default), physical ones for standard linear solids, "

@@ -119,7 +119,9 @@ SOLID_COLUMNS = ("pull-off force", "time since the dwell", "hysteresis", "curve,
 
 def solid_table(measured: dict[str, Any], beside: dict[str, Any] | None = None) -> str:
     """Errors and coverage of the model of any linear solid by place, and of another one, as a table in Markdown."""
-    others = {f"`fast`, {place.removeprefix('test_')}": table for place, table in (beside or {"places": {}})["places"].items()}
+    others = {
+        f"`fast`, {place.removeprefix('test_')}": table for place, table in (beside or {}).get("places", {}).items()
+    }
     head = ["Place", "Contacts", *(f"{name.capitalize()} (%)" for name in SOLID_COLUMNS)]
     rows = [[*head, "Force in", "Time in", "Loop in", "Taken"], ["---"] * (len(head) + 4)]
     for place, table in (measured["places"] | others).items():
@@ -148,7 +150,9 @@ def solid_limits(measured: dict[str, Any], beside: dict[str, Any]) -> str:
     """Errors of the model of any linear solid and of `fast`, as sentences for the table of limits."""
     places = {place.removeprefix("test_").replace("_", " "): table for place, table in measured["places"].items()}
     parts = []
-    for place, table in (places | {f"`fast` on {place[5:]}": table for place, table in beside["places"].items()}).items():
+    for place, table in (
+        places | {f"`fast` on {place[5:]}": table for place, table in beside["places"].items()}
+    ).items():
         values = [f"{number(table[name]['50'], 2)} and {number(table[name]['90'], 2)}" for name in SOLID_COLUMNS]
         largest = number(table[SOLID_COLUMNS[-1]]["99"], 2)
         least = min(table[name]["covered at 0.9"] for name in SOLID_COLUMNS[:3])

@@ -105,8 +105,8 @@ def predict(
     """Predict the force of one protocol or of many.
 
     The models fast and accurate take protocols on any standard linear solid, and give bands; any-solid takes any linear
-    solid. Without a protocol, the paper's sample protocol (1) is predicted. With --radius, all quantities are in newtons,
-    metres and seconds: `surrogate predict-si --help` lists the options.
+    solid. Without a protocol, the paper's sample protocol (1) is predicted. With --radius, all quantities are in
+    newtons, metres and seconds: `surrogate predict-si --help` lists the options.
 
     Example: surrogate predict accurate --modulus-ratio 0.3 --tabor 1 --peak-indentation 20 --loading-rate 10
     --dwell-time 1 --unloading-rate 10 --check --plot prediction.png

@@ -57,8 +57,8 @@ def predict_si(
     from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.lab.units import readable
 
-    gaps = {} if gap is None else {"equilibrium_gap": gap}
-    solid = solid_of(material, modulus, poisson_ratio, retardation_time)
+    gaps: dict[str, Any] = {} if gap is None else {"equilibrium_gap": gap}
+    solid: dict[str, Any] = solid_of(material, modulus, poisson_ratio, retardation_time)
     setup = Setup(radius=radius, work_of_adhesion=work_of_adhesion, **solid, **gaps)
     protocol = setup.protocol(
         peak_indentation=peak_indentation,
@@ -77,11 +77,11 @@ def predict_si(
         typer.echo(json.dumps(plain(curve.summary() | {"tabor": setup.physical_tabor} | arrays)))
         return
     force, unit = readable(curve.pull_off_force, "N").split(" ")
-    low, high = (readable(end, "N") for end in curve.pull_off_interval)
+    interval = " to ".join(readable(end, "N") for end in curve.pull_off_interval or ())
     depth = readable(float(curve.indentation.max()), "m").split(" ")
     rows = [
         ["quantity", "value", "unit", f"{100 * coverage:g} % interval"],
-        ["pull-off force (tension)", force, unit, f"{low} to {high}"],
+        ["pull-off force (tension)", force, unit, interval],
         ["compression, at most", *readable(-float(curve.tension.min()), "N").split(" "), ""],
         ["indentation, at most", *depth, ""],
     ]

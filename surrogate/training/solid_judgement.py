@@ -144,7 +144,9 @@ def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
     times, force = (np.array([getattr(entry, name) for entry in predictions]) for name in ("time", "force"))
     differences = _curve_differences(times, force, dataset, rows) / np.ptp(dataset.force[rows], axis=1)[:, np.newaxis]
     for label, values in (("mean", differences.mean(axis=1)), ("largest", differences.max(axis=1))):
-        table[f"curve, {label}"] = {f"{100 * level:g}": 100.0 * float(np.quantile(values, level)) for level in QUANTILES}
+        table[f"curve, {label}"] = {
+            f"{100 * level:g}": 100.0 * float(np.quantile(values, level)) for level in QUANTILES
+        }
     return table | {"trajectories": {"count": len(rows), "inside": 100.0}}
 
 
@@ -170,7 +172,9 @@ def printed(table: dict[str, dict[str, float]]) -> str:
 def milliseconds(model: Any, path: Path, *, batch: int = 512, repeats: int = 20) -> dict[str, float]:
     """Least wall time of a call for one contact of a data set, and of one in a batch."""
     dataset = load_dataset(path)
-    scenes, protocols = zip(*Campaign.of(dataset.attributes["campaign"]).cases_of(dataset.completed[:batch]), strict=True)
+    scenes, protocols = zip(
+        *Campaign.of(dataset.attributes["campaign"]).cases_of(dataset.completed[:batch]), strict=True
+    )
 
     def least(calls: int, scene: Any, protocol: Any) -> float:
         times = []
@@ -214,7 +218,9 @@ def main() -> None:
         tables[path.stem] = judge(model, path)
         print(f"{path.stem}\n{printed(tables[path.stem])}")
     if chosen.out is not None:
-        result = {"places": tables, "milliseconds": milliseconds(model, chosen.judge[0])} | provenance(f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}")
+        result = {"places": tables, "milliseconds": milliseconds(model, chosen.judge[0])} | provenance(
+            f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}"
+        )
         write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
 
 

@@ -27,7 +27,9 @@ PROTOCOLS = {
 }
 
 
-@pytest.mark.parametrize(("text", "low", "high"), [("prony", 1, 4), ("broad", 2, 12), ("power-law", 8, 12), ("prony:2-3", 2, 3)])
+@pytest.mark.parametrize(
+    ("text", "low", "high"), [("prony", 1, 4), ("broad", 2, 12), ("power-law", 8, 12), ("prony:2-3", 2, 3)]
+)
 def test_prior_is_the_stated_one(text, low, high):
     shares, times = Solids.of(text).draw(3000, seed=1)
     used = shares > 0.0

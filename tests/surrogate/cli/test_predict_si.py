@@ -17,9 +17,7 @@ CYCLE = {
     "dwell_time": "10ms",
 }
 CONTACT = {"radius": "5um", "work_of_adhesion": "50mJ/m2"}
-LABORATORY = [
-    word for name, value in (CONTACT | CYCLE).items() for word in (f"--{name.replace('_', '-')}", value)
-]
+LABORATORY = [word for name, value in (CONTACT | CYCLE).items() for word in (f"--{name.replace('_', '-')}", value)]
 
 
 def test_material_of_the_library_in_newtons(program):
