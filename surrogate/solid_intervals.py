@@ -2,8 +2,8 @@
 
 The size of an error is expected from the features, by a polynomial fitted to trajectories of the training. Trajectories
 of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the kind of their
-solid: few retardation times that lie close together, or others. In each group a quantile of the errors over the expected ones gives the interval
-its half-width (Mondrian, normalised conformal prediction).
+solid: few retardation times that lie close together, or others. In each group a quantile of the errors over the
+expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
 
 Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive distributions (2021).
 """

@@ -27,7 +27,7 @@ from bem.problem.protocol import LoadingProtocol, default_start_indentation
 from bem.problem.scene import Scene
 from surrogate.data.dense import Stage
 from surrogate.data.reach import Reach
-from surrogate.data.solid_features import FEATURES, PROTOCOL, forces_without_adhesion, solid_features
+from surrogate.data.solid_features import PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
 from surrogate.intervals import LEVELS
 from surrogate.solid_intervals import SolidIntervals, kinds_of
