@@ -206,7 +206,8 @@ SOLIDS := $(OUT)/dataset/solids
 SPECTRA = $(VENV)/bin/bem campaign --steps pull-off --design $(or $(DESIGN),sobol) --modulus-ratio $(or $(RATIO),0.01:1) --solids
 TRUE = --accuracy 1e-3 --count
 $(SOLIDS)/prony.h5: CAMPAIGN = $(SPECTRA) prony --count 300000 --seed 71
-$(SOLIDS)/broad.h5: CAMPAIGN = $(SPECTRA) broad --count 40000 --seed 172
+$(SOLIDS)/broad_1.h5: CAMPAIGN = $(SPECTRA) broad --count 20000 --seed 172
+$(SOLIDS)/broad_2.h5: CAMPAIGN = $(SPECTRA) broad --count 20000 --seed 174
 $(SOLIDS)/power.h5: CAMPAIGN = $(SPECTRA) power-law --count 8000 --seed 173
 $(SOLIDS)/calibration_prony.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 3000 --seed 911
 $(SOLIDS)/calibration_broad.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 912
@@ -222,11 +223,15 @@ $(SOLIDS)/test_edges.h5: DESIGN = edges
 $(SOLIDS)/test_ratio_0.1.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 923
 $(SOLIDS)/test_ratio_0.1.h5: RATIO = 0.1
 $(SOLIDS)/test_slow_unloading.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 924 --range unloading_rate=0.1:0.7
-TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony broad power)
+$(SOLIDS)/calibration_edges.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 1500 --seed 914
+$(SOLIDS)/calibration_edges.h5: DESIGN = edges
+$(SOLIDS)/calibration_far.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 915
+TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power)
 PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
-any-solid: setup $(patsubst %,$(SOLIDS)/%.h5,prony broad power) $(TRUTH)  ## Train and publish `any-solid` (simulates 353,500 trajectories first), and judge it
-	$(PY) -m surrogate.training.solids --data $(patsubst %,$(SOLIDS)/%.h5,prony broad power) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(LASTING)
-	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(patsubst %,$(SOLIDS)/%.h5,prony broad power) --calibrate $(TRUTH)
+SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
+any-solid: setup $(SPECTRA_OF) $(TRUTH)  ## Train and publish `any-solid` (simulates 356,500 trajectories first), and judge it
+	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(LASTING)
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(SPECTRA_OF) --calibrate $(TRUTH)
 	$(MAKE) judge-any-solid
 judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --out $(MEASURED)/any_solid.json

@@ -2,8 +2,8 @@
 
 The size of an error is expected from the features, by a polynomial fitted to trajectories of the training. Trajectories
 of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the kind of their
-solid: few retardation times that lie close together, or others. In each group a quantile of the errors over the
-expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
+solid: few retardation times that lie close together, times far apart, or many. In each group a quantile of the errors
+over the expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
 
 Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive distributions (2021).
 """
@@ -22,16 +22,20 @@ from surrogate.intervals import LEVELS, UNSEEN, _quantiles
 GROUPS = 5
 FEW, DECADES = 4, 4.0
 """Largest number of terms of the first kind of solids, and decades that their times span at most."""
-KINDS = ("few terms", "broad spectra")
+DENSE = 1.3
+"""Least number of terms in a decade of the third kind."""
+KINDS = ("few times close together", "times far apart", "many times")
 _LEAST = 1e-5  # added to errors before their logarithm is taken
 
 
 def kinds_of(strengths: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Numbers of the kinds of solids (batch,), of terms (batch, m); those of strength zero are left out."""
+    """Numbers of the `KINDS` of solids (batch,), of terms (batch, m); those of strength zero are left out."""
     used = strengths > 0.0
     decades = np.log10(np.where(used, times, 0.0).max(axis=1, initial=1e-300))
     decades -= np.log10(np.where(used, times, np.inf).min(axis=1, initial=1e300))
-    return ((used.sum(axis=1) > FEW) | (decades > DECADES)).astype(int)
+    terms = used.sum(axis=1)
+    few = (terms <= FEW) & (decades <= DECADES)
+    return np.where(few, 0, np.where(terms < DENSE * decades, 1, 2))
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from surrogate.validity import OTHERWISE, ExtrapolationWarning, contacts
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
 LEAST_LOOP = 0.05
-"""Added to a hysteresis, in pi R dgamma h0, before its logarithm: that of an elastic contact is zero but for rounding."""
+"""Added to a hysteresis, in pi R dgamma h0, before its logarithm: that of an elastic contact may be zero."""
 FORMAT = "viscoelastic-contact-solids"
 INTERVALS = "intervals.npz"
 _BATCH = 4096

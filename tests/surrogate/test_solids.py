@@ -68,9 +68,17 @@ def test_features_know_no_unit_of_time():
 
 
 @pytest.mark.parametrize(
-    ("times", "kind"), [([1.0], 0), ([1.0, 9e3], 0), ([1.0, 2e4], 1), ([1.0, 2.0, 3.0, 4.0, 5.0], 1), ([], 0)]
+    ("times", "kind"),
+    [
+        ([], 0),
+        ([1.0], 0),
+        ([1.0, 9e3], 0),
+        ([1.0, 2e4], 1),
+        ([1.0, 2.0, 3.0, 4.0, 5.0], 2),
+        ([1.0, 9.0, 1e2, 1e3, 1e9], 1),
+    ],
 )
-def test_kinds_are_few_close_times_and_others(times, kind):
+def test_kinds_are_few_close_times_far_ones_and_many(times, kind):
     padded = np.array([[*times, *[1.0] * (5 - len(times))]])
     assert kinds_of(np.where(np.arange(5) < len(times), 0.1, 0.0)[np.newaxis], padded) == [kind]
 
@@ -214,9 +222,9 @@ def test_kind_without_calibration_has_wide_intervals():
     features, _, errors = noisy(random, 2_000)
     intervals = SolidIntervals.fit(features, errors)
     intervals = intervals.calibrated(features, np.zeros(len(features), int), errors)
-    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9) for kind in (0, 1))
+    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9) for kind in (0, 2))
     assert np.all(many > 50.0 * few)
-    assert len(KINDS) == 2
+    assert len(KINDS) == 3
 
 
 def test_intervals_are_those_of_the_folder(folder, tmp_path):

@@ -9,8 +9,8 @@ from paper_figures.report import cards
 from surrogate.files import PUBLISHED as MODELS
 
 PUBLISHED = MODELS.parent
-FOLDERS = ("models/M1-concat", "models/M1-concat-large", "pretrained/fast")
-"""A model of the paper, one trained on further data too, and a pretrained one."""
+FOLDERS = ("models/M1-concat", "models/M1-concat-large", "pretrained/fast", "pretrained/any-solid")
+"""A model of the paper, one trained on further data too, and pretrained ones."""
 
 
 @pytest.fixture(scope="module")
@@ -19,14 +19,17 @@ def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("published")
     for name in FOLDERS:
         shutil.copytree(PUBLISHED / name, folder / name, ignore=shutil.ignore_patterns("README.md"))
-    for name in ("dataset.h5", "measurements/errors_by_place.json", "models/trainings.h5"):
+    measured = ("measurements/errors_by_place.json", "measurements/any_solid.json")
+    for name in ("dataset.h5", *measured, "models/trainings.h5"):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(PUBLISHED / name, folder / name)
     cards.main(folder)
     return folder
 
 
-@pytest.mark.parametrize("name", ["pretrained/fast/README.md", "README.md", cards.METADATA])
+@pytest.mark.parametrize(
+    "name", ["pretrained/fast/README.md", "pretrained/any-solid/README.md", "README.md", cards.METADATA]
+)
 def test_a_card_is_of_the_published_files(name, written):
     """Fails when a model or the data set was published anew: run `make cards`."""
     assert (written / name).read_text(encoding="utf-8") == (PUBLISHED / name).read_text(encoding="utf-8")
