@@ -83,8 +83,9 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
 def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     """Errors in per cent at `QUANTILES`, and coverages in per cent, of a data set.
 
-    They are those of contacts that the model takes without a warning; their share is there too. Those of the compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its
-    range, the mean and the largest over the instants of unloading and all others.
+    They are those of contacts that the model takes without a warning; their share is there too. Those of the
+    compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its range, the
+    mean and the largest over the instants of unloading and all others.
     """
     dataset = load_dataset(path)
     rows = dataset.completed

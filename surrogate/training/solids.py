@@ -31,8 +31,8 @@ from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import relaxation_spectra
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
-from surrogate.data.examples import Examples
 from surrogate.data.dense import Stage
+from surrogate.data.examples import Examples
 from surrogate.data.polynomial import Polynomial
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import forces_without_adhesion, solid_features

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid
+from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.lee_radok import relaxation_spectra
@@ -16,6 +16,7 @@ from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
 from surrogate.solid_intervals import KINDS, SolidIntervals, kinds_of
 from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, scalars_of, write_intervals
+from surrogate.validity import ExtrapolationWarning
 from tests.bem.dataset.helpers import run_here
 
 PROTOCOL = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
@@ -157,7 +158,10 @@ def test_far_outside_the_training_is_refused(model):
     shallow = replace(PROTOCOL, peak_indentation=0.05)
     with pytest.raises(ValueError, match=r"like those of the training of model, .* received peak_indent"):
         model.predict(Scene(1.0, SOLID), shallow)
-    near, far = model.predict([Scene(1.0, SOLID)] * 2, [PROTOCOL, shallow])
+    with pytest.warns(
+        ExtrapolationWarning, match="model extrapolates beyond its training: peak_indentation .*1 of 2 do"
+    ):
+        near, far = model.predict([Scene(1.0, SOLID)] * 2, [PROTOCOL, shallow])
     assert near.completed
     assert np.isnan(far.pull_off_force)
 
