@@ -51,14 +51,17 @@ class Reach:
 
     def distances(self, features: np.ndarray) -> np.ndarray:
         """Distances of features (batch, n) from the mean, over the limit, shape (batch,)."""
-        return np.sqrt(np.mean(((features - self.mean) @ self.whitening) ** 2, axis=1)) / self.limit
+        white = (features - self.mean) @ self.whitening
+        return np.sqrt(np.einsum("ij,ij->i", white, white) / white.shape[1]) / self.limit
 
     def outside(self, features: np.ndarray) -> list[tuple[tuple[str, ...], bool]]:
         """What of each contact lies outside the training, as text, and whether it does by far."""
-        width = np.maximum(self.high - self.low, 1e-9)
-        excess = np.maximum(self.low - features, features - self.high) / width
         distances = self.distances(features)
         results: list[tuple[tuple[str, ...], bool]] = [((), False)] * len(features)
+        if ((features >= self.low) & (features <= self.high)).all() and distances.max() <= 1.0:  # nearly always
+            return results
+        width = np.maximum(self.high - self.low, 1e-9)
+        excess = np.maximum(self.low - features, features - self.high) / width
         for row in np.flatnonzero((excess.max(axis=1) > TOLERANCE) | (distances > 1.0)):
             texts = [
                 f"{FEATURES[at]} {features[row, at]:.3g}, outside {self.low[at]:.3g} to {self.high[at]:.3g}"

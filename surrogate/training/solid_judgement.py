@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -191,11 +192,6 @@ def milliseconds(model: Any, path: Path, *, batch: int = 512, repeats: int = 20)
     }
 
 
-def _words(arguments: Sequence[str]) -> str:
-    """Arguments as they were typed, but for the folders of data sets."""
-    return " ".join(Path(word).name if word.endswith(".h5") else word for word in arguments)
-
-
 def main() -> None:
     """Calibrate or judge the model that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -220,7 +216,7 @@ def main() -> None:
         print(f"{path.stem}\n{printed(tables[path.stem])}")
     if chosen.out is not None:
         result = {"places": tables, "milliseconds": milliseconds(model, chosen.judge[0])} | provenance(
-            f"python -m surrogate.training.solid_judgement {_words(sys.argv[1:])}"
+            f"python -m surrogate.training.solid_judgement {shlex.join(sys.argv[1:])}"
         )
         write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
 

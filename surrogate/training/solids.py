@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +27,6 @@ import keras
 import numpy as np
 from keras import layers
 
-from bem._support.provenance import command_line
 from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import relaxation_spectra
 from surrogate.architectures.layers import AppendTabor
@@ -161,7 +161,10 @@ def train(
         inputs = np.column_stack([data.features, scalars(data.features)])
         curve = train_stage(inputs, data.curve, recipes[1], runs / "curve", facts, report)
     facts |= {"training_trajectories": len(data.features), "sources": data.sources}
-    facts |= {"recipes": [recipe.as_dict() for recipe in recipes], "command": command_line(sys.argv)}
+    facts |= {
+        "recipes": [recipe.as_dict() for recipe in recipes],
+        "command": f"python -m surrogate.training.solids {shlex.join(sys.argv[1:])}",
+    }
     stages = (scalars, curve)
     facts["parameters"] = sum(
         values.size for stage in stages for values in (*stage.kernels, *stage.biases, stage.polynomial.coefficients)
