@@ -11,6 +11,7 @@ from pathlib import Path
 
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
@@ -65,6 +66,7 @@ def _figures() -> tuple[str, list[Path]]:
     return "\n\n".join(parts), pictures
 
 
+@event_priority(50)  # before the plugin that checks links lists the pages
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages."""
     figures, pictures = _figures()
