@@ -6,6 +6,7 @@ import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method, simulation
 from bem.methods.closed_forms import jkr
+from bem.methods.outcomes import NO_EQUILIBRIUM
 from bem.problem.materials import Elastic, StandardLinearSolid
 from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from tests.validation.cases import completed
@@ -132,7 +133,7 @@ def test_accuracy_is_that_of_the_last_mesh(monkeypatch):
     march, problem_of, accuracies = module.march, module.problem_of, []
 
     def lost(*arguments):
-        return march(*arguments)._replace(outcome=module.NO_EQUILIBRIUM)
+        return march(*arguments)._replace(outcome=NO_EQUILIBRIUM)
 
     def with_little_memory(scene, path, accuracy, *settings, **options):
         accuracies.append(accuracy)

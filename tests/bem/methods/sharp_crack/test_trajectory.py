@@ -16,7 +16,7 @@ from bem import (
     StandardLinearSolid,
 )
 from bem.methods.closed_forms import jkr
-from bem.methods.records import COMPLETED, DETACHED, OUT_OF_WORK
+from bem.methods.outcomes import COMPLETED, DETACHED, OUT_OF_WORK
 from bem.methods.sharp_crack import STEP_ERROR, march_crack
 from bem.problem.tractions import Exponential
 
