@@ -234,9 +234,8 @@ any-solid: setup $(SPECTRA_OF) $(TRUTH)  ## Train and publish `any-solid` (simul
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(SPECTRA_OF) --calibrate $(TRUTH)
 	$(MAKE) judge-any-solid
 judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)
-	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --out $(MEASURED)/any_solid.json
-	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/fast --judge $(SOLIDS)/test_sls.h5 --out $(MEASURED)/fast_on_sls.json
-	$(SUMS) $(PUBLISHED)/pretrained $(MEASURED)
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --beside $(PUBLISHED)/pretrained/fast --out $(PUBLISHED)/any_solid.json
+	$(SUMS) $(PUBLISHED)/pretrained $(PUBLISHED)/any_solid.json
 
 paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)

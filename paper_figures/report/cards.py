@@ -117,19 +117,21 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
 SOLID_COLUMNS = ("pull-off force", "time since the dwell", "hysteresis", "curve, largest")
 
 
-def solid_table(measured: dict[str, Any], beside: dict[str, Any] | None = None) -> str:
-    """Errors and coverage of the model of any linear solid by place, and of another one, as a table in Markdown."""
-    others = {
-        f"`fast`, {place.removeprefix('test_')}": table for place, table in (beside or {}).get("places", {}).items()
-    }
+def _solid_places(measured: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Tables of errors by place, those of `fast` last."""
+    places = measured["places"] | measured["beside"]
+    return {place.replace("test_", "").replace("_", " "): table for place, table in places.items()}
+
+
+def solid_table(measured: dict[str, Any]) -> str:
+    """Errors and coverage of the model of any linear solid by place, and of `fast`, as a table in Markdown."""
     head = ["Place", "Contacts", *(f"{name.capitalize()} (%)" for name in SOLID_COLUMNS)]
     rows = [[*head, "Force in", "Time in", "Loop in", "Taken"], ["---"] * (len(head) + 4)]
-    for place, table in (measured["places"] | others).items():
+    for place, table in _solid_places(measured).items():
         errors = [" / ".join(number(table[name][level], 2) for level in ("50", "90", "99")) for name in SOLID_COLUMNS]
         covered = [f"{table[name]['covered at 0.9']:.0f}" for name in SOLID_COLUMNS[:3]]
         count = table["trajectories"]
-        label = place.removeprefix("test_").replace("_", " ")
-        rows.append([label, f"{count['count']:,.0f}", *errors, *covered, f"{count['inside']:.0f}"])
+        rows.append([place, f"{count['count']:,.0f}", *errors, *covered, f"{count['inside']:.0f}"])
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -146,13 +148,10 @@ def solid_card(folder: Path, measured: dict[str, Any]) -> str:
     )
 
 
-def solid_limits(measured: dict[str, Any], beside: dict[str, Any]) -> str:
+def solid_limits(measured: dict[str, Any]) -> str:
     """Errors of the model of any linear solid and of `fast`, as sentences for the table of limits."""
-    places = {place.removeprefix("test_").replace("_", " "): table for place, table in measured["places"].items()}
     parts = []
-    for place, table in (
-        places | {f"`fast` on {place[5:]}": table for place, table in beside["places"].items()}
-    ).items():
+    for place, table in _solid_places(measured).items():
         values = [f"{number(table[name]['50'], 2)} and {number(table[name]['90'], 2)}" for name in SOLID_COLUMNS]
         largest = number(table[SOLID_COLUMNS[-1]]["99"], 2)
         least = min(table[name]["covered at 0.9"] for name in SOLID_COLUMNS[:3])
@@ -177,7 +176,7 @@ def main(
     cards[published / "models"] = filled("models_head", **box) + "\n".join(models)
     for folder in (run.parent for run in sorted((published / "pretrained").glob("*/run.json"))):
         solids = (folder / STAGES).is_file()
-        results = published / "measurements" / ("any_solid.json" if solids else "errors_by_place.json")
+        results = published / ("any_solid.json" if solids else "measurements/errors_by_place.json")
         cards[folder] = (solid_card if solids else pretrained_card)(folder, read_json(results))
     write_whole(published / METADATA, json.dumps(croissant(path, dataset), indent=1) + "\n")
     for folder, text in cards.items():

@@ -6,8 +6,7 @@ r"""Calibrate a model of any linear solid, and judge it, against the converged s
     python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
 
 `--fit` are trajectories of the training, to which the expected errors are fitted; those of `--calibrate` and `--judge`
-come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge. MODEL may
-be `published/pretrained/fast` where all solids are standard linear ones.
+come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import json
 import shlex
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -202,22 +201,25 @@ def main() -> None:
         ("judge", "data sets at accuracy 1e-3, one for each place"),
     ):
         parser.add_argument(f"--{name}", type=Path, nargs="+", default=[], help=text)
+    parser.add_argument(
+        "--beside", type=Path, help="folder of `fast`, to judge it where solids are standard linear ones"
+    )
     parser.add_argument("--out", type=Path, help="JSON file for what --judge prints")
     chosen = parser.parse_args()
     if bool(chosen.fit) != bool(chosen.calibrate):
         parser.error("--fit and --calibrate must be given together")
     if chosen.calibrate:
         calibrate(chosen.folder, chosen.fit, chosen.calibrate)
-    model = load(chosen.folder)
-    judge: Callable[..., dict] = judged if isinstance(model, SolidSurrogate) else judged_by_call
-    tables = {}
+    model, result = SolidSurrogate.load(chosen.folder), {"places": {}, "beside": {}}
     for path in chosen.judge:
-        tables[path.stem] = judge(model, path)
-        print(f"{path.stem}\n{printed(tables[path.stem])}")
+        result["places"][path.stem] = judged(model, path)
+        if chosen.beside is not None and load_dataset(path).solids[0].shape[1] == 1:
+            result["beside"][f"{chosen.beside.name}, {path.stem}"] = judged_by_call(load(chosen.beside), path)
+    for name, table in (result["places"] | result["beside"]).items():
+        print(f"{name}\n{printed(table)}")
     if chosen.out is not None:
-        result = {"places": tables, "milliseconds": milliseconds(model, chosen.judge[0])} | provenance(
-            f"python -m surrogate.training.solid_judgement {shlex.join(sys.argv[1:])}"
-        )
+        result |= {"milliseconds": milliseconds(model, chosen.judge[0])}
+        result |= provenance(f"python -m surrogate.training.solid_judgement {shlex.join(sys.argv[1:])}")
         write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
 
 

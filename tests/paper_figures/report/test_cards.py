@@ -19,7 +19,7 @@ def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("published")
     for name in FOLDERS:
         shutil.copytree(PUBLISHED / name, folder / name, ignore=shutil.ignore_patterns("README.md"))
-    measured = ("measurements/errors_by_place.json", "measurements/any_solid.json")
+    measured = ("measurements/errors_by_place.json", "any_solid.json")
     for name in ("dataset.h5", *measured, "models/trainings.h5"):
         (folder / name).parent.mkdir(exist_ok=True)
         shutil.copy(PUBLISHED / name, folder / name)
