@@ -7,11 +7,10 @@ import warnings
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from bem._support.command_line import Commands
 
-
-class UnitGroup(Commands):
+class UnitGroup(TyperGroup):
     """Commands, of which `predict` with a radius is the one in SI units."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
