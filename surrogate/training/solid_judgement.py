@@ -2,11 +2,11 @@ r"""Calibrate a model of any linear solid, and judge it, against the converged s
 
     bem campaign --solids prony:1-4 --design sobol --modulus-ratio 0.01:1 --steps pull-off --accuracy 1e-3 \
         --count 6000 --seed 176 --out calibration.h5
-    python -m surrogate.training.solid_judgement MODEL --fit any_solid.h5 --calibrate calibration.h5
+    python -m surrogate.training.solid_judgement MODEL --fit fit.h5 --calibrate calibration.h5
     python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
 
-`--fit` are trajectories of the training, to which the expected errors are fitted; those of `--calibrate` and `--judge`
-come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
+The expected errors are fitted to `--fit`, at the accuracy of the training: on the training itself errors are too small,
+most where it is sparse. Those trajectories, and those of `--calibrate` and `--judge`, come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, write_inte
 COVERAGES = (0.5, 0.9)
 QUANTILES = (0.5, 0.9, 0.99)
 FITTED = 40_000
-"""Trajectories of the training at most to which the expected errors are fitted."""
+"""Trajectories at most to which the expected errors are fitted."""
 
 
 def compared(
@@ -196,7 +196,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="folder of the model")
     for name, text in (
-        ("fit", "data sets of the training"),
+        ("fit", "data sets to which the expected errors are fitted"),
         ("calibrate", "data sets at accuracy 1e-3"),
         ("judge", "data sets at accuracy 1e-3, one for each place"),
     ):
