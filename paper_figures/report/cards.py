@@ -114,13 +114,24 @@ def pretrained_card(folder: Path, measured: dict[str, Any]) -> str:
     )
 
 
+SOLID_PLACES = {
+    "test_prony_2_4": "2 to 4 terms",
+    "test_sls": "standard linear solids",
+    "test_power_law": "power laws",
+    "test_polyurea": "polyurea",
+    "test_ratio_0.1": "modulus ratio 0.1",
+    "test_slow_unloading": "slow unloading",
+    "test_edges": "edges",
+    "test_corners": "corners",
+    "fast, test_sls": "`fast`, standard linear solids",
+}
+"""Words for the places of `make judge-any-solid`."""
 SOLID_COLUMNS = ("pull-off force", "time since the dwell", "hysteresis", "curve, largest")
 
 
 def _solid_places(measured: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Tables of errors by place, those of `fast` last."""
-    places = measured["places"] | measured["beside"]
-    return {place.replace("test_", "").replace("_", " "): table for place, table in places.items()}
+    return {SOLID_PLACES.get(place, place): table for place, table in (measured["places"] | measured["beside"]).items()}
 
 
 def solid_table(measured: dict[str, Any]) -> str:
@@ -149,18 +160,18 @@ def solid_card(folder: Path, measured: dict[str, Any]) -> str:
 
 
 def solid_limits(measured: dict[str, Any]) -> str:
-    """Errors of the model of any linear solid and of `fast`, as sentences for the table of limits."""
+    """Errors of the curves of any linear solid and of `fast`, as sentences for the table of limits."""
     parts = []
     for place, table in _solid_places(measured).items():
-        values = [f"{number(table[name]['50'], 2)} and {number(table[name]['90'], 2)}" for name in SOLID_COLUMNS]
-        largest = number(table[SOLID_COLUMNS[-1]]["99"], 2)
-        least = min(table[name]["covered at 0.9"] for name in SOLID_COLUMNS[:3])
-        parts.append(f"{place}: {', '.join(values)}, {largest}; {least:.0f}")
+        mean, largest = table["curve, mean"], table["curve, largest"]
+        values = ", ".join(number(part[level], 2) for part in (mean, largest) for level in ("50", "90"))
+        parts.append(f"{place} {values}, {number(largest['99'], 2)}")
+    least = min(table[name]["covered at 0.9"] for table in measured["places"].values() for name in SOLID_COLUMNS[:3])
     times = measured["milliseconds"]
     return (
-        "Errors in percent, median and 90th percentile, of pull-off force, time since the dwell, hysteresis, and the "
-        "largest of a curve in units of its range, of which the 99th too; then the least coverage of a 90 % interval. "
-        f"{'. '.join(parts)}. A call takes {times['single']:.2f} ms, in a batch {times['batch']:.2f}"
+        "Errors of a curve in percent of its range, the mean at the median and 90th percentile, the largest there and "
+        f"at the 99th: {'; '.join(parts)}. The 90 % intervals contain {least:.0f} % or more everywhere. A call takes "
+        f"{times['single']:.2f} ms, in a batch {times['batch']:.2f}"
     )
 
 

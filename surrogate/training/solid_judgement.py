@@ -6,7 +6,8 @@ r"""Calibrate a model of any linear solid, and judge it, against the converged s
     python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
 
 The expected errors are fitted to `--fit`, at the accuracy of the training: on the training itself errors are too small,
-most where it is sparse. Those trajectories, and those of `--calibrate` and `--judge`, come from seeds that no training saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
+most where it is sparse. Those trajectories, and those of `--calibrate` and `--judge`, come from seeds that no training
+saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
 """
 
 from __future__ import annotations
