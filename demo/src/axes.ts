@@ -43,10 +43,8 @@ export class TimeScale {
     return this.kind === "real" ? width : SHORTEST * 10 ** Math.max(width, NARROWEST);
   }
 
-  /** The place of an instant; of another protocol's, with its own corners, by phase in the same phase here. */
-  place(time: number, corners = this.corners): number {
-    if (this.kind === "real") return time;
-    return between(time, corners, this.places);
+  place(time: number): number {
+    return this.kind === "real" ? time : between(time, this.corners, this.places);
   }
 
   /** The inverse of `place`. */

@@ -161,10 +161,13 @@ export class Chart {
     pen.font = `11.5px ${ink.font}`;
     pen.strokeStyle = ink.line;
     pen.textAlign = "right";
+    let below = Infinity;
     for (const { place, label } of y.ticks) {
       const level = this.pixel([0, place])[1];
       pen.strokeRect(left, level, width, 0);
+      if (below - level < 12) continue;
       pen.fillText(label, left - 6, level + 4);
+      below = level;
     }
     let free = -Infinity;
     for (const { place, label } of x.ticks) {

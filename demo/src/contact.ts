@@ -111,8 +111,8 @@ export class Film {
    */
   async show(curve: Curve, grid: Grid, own: boolean): Promise<void> {
     const { tabor, peak_indentation: peak, modulus_ratio: ratio } = curve.protocol;
-    const about = `${title(curve)}, μ ${significant(tabor, 3)}, peak ${significant(peak, 3)}, k ${significant(ratio, 2)}`;
-    const caption = own ? `The contact, computed: ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
+    const about = `${title(curve)} (μ ${significant(tabor, 3)}, peak ${significant(peak, 3)}, k ${significant(ratio, 2)})`;
+    const caption = own ? `The computed contact, ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
     this.host.querySelector("figcaption span")!.textContent = caption;
     this.host.dataset["own"] = String(own);
     if (this.wanted === curve.name) return;

@@ -88,6 +88,7 @@ class Page {
     const turn = ++this.turns;
     document.body.dataset["model"] = "loading";
     byId("loading").textContent = this.loaded?.model.name === chosen ? "" : `Loading ${chosen}…`;
+    const before = this.loaded;
     try {
       const loaded = await this.shelf.get(chosen);
       if (turn !== this.turns) return;
@@ -99,7 +100,7 @@ class Page {
     }
     byId("loading").textContent = "";
     byId<HTMLInputElement>(`model-${this.chosen}`).checked = true;
-    if (this.loaded) await this.suit(this.loaded);
+    if (this.loaded && this.loaded !== before) await this.suit(this.loaded);
     if (turn !== this.turns) return;
     const ratio = this.chosen === "fast" || stay ? this.protocol.modulus_ratio : this.shelf.solids.modulus_ratio;
     const next = { ...this.protocol, modulus_ratio: ratio };
@@ -234,10 +235,11 @@ class Page {
     this.film
       .show(filmed, physicalGrid(filmed.protocol, counts), computed !== undefined)
       .catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
-    showResults(prediction, computed, pinned, units);
+    const name = this.loaded?.model.name ?? this.chosen;
+    showResults(prediction, computed, pinned, units, name);
     showComparison(prediction, computed, nearest, (chosen: Curve) => this.show(chosen.protocol));
     const ranges = this.loaded?.model.ranges ?? FAST_RANGES;
-    showOutside(outside(protocol, ranges), ranges, this.loaded?.model.name ?? this.chosen);
+    showOutside(outside(protocol, ranges), ranges, name);
     this.picker.mark(computed?.curve);
     byId("unpin").hidden = !this.pinned;
     byId("pinned").textContent = this.pinned ? `Pinned: ${brief(this.pinned)}` : "";

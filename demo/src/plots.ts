@@ -69,14 +69,15 @@ export class Plots {
     const sizes = handyScales(units, indentations[1]!, times[3]!, Math.max(...forces.map(Math.abs), 1e-9));
     const { axis, height } = forceAxis(reach.length ? reach : [-1, 1], view.force, sizes.force.size);
     if (!reach.length) axis.ticks = [];
-    const long = pinned && view.time === "real" ? corners(pinned.protocol).times[3]! : 0;
+    const other = pinned && new TimeScale(pinned.protocol, view.time);
     const levels = [...indentations, ...(pinned ? corners(pinned.protocol).indentations : [])];
     // While a corner is dragged, the axes stay, so that it stays under the pointer; else there is room behind the last.
     if (!this.corners.held || !this.axes) {
-      this.axes = { end: ROOM * Math.max(scale.places[3]!, long), depth: evenAxis(levels, sizes.length.size) };
+      this.axes = { end: ROOM * Math.max(scale.places[3]!, other?.places[3] ?? 0), depth: evenAxis(levels, sizes.length.size) };
     }
     const { end, depth } = this.axes;
-    const when: Where = (grid, step) => scale.place(grid.times[step]!, [0, ...grid.ends.map((last) => grid.times[last]!)]);
+    // Each protocol by its own phases, whose widths follow one rule.
+    const when: Where = (grid, step) => (grid === pinned?.prediction.grid ? other! : scale).place(grid.times[step]!);
     const deep: Where = (grid, step) => grid.indentations[step]!;
     const time = scale.axis(end, sizes.time.size, `time / ${sizes.time.name}`);
     const force = `P / ${bracketed(sizes.force.name)}`;
@@ -95,18 +96,17 @@ export class Plots {
       ...this.curves(this.last, deep, height, ink, false),
     });
     this.corners.take(protocol, scale);
-    this.path(this.last, scale, { ...time, name: undefined }, depth, ink, sizes.length.name);
+    this.path(this.last, [scale, other], { ...time, name: undefined }, depth, ink, sizes.length.name);
     this.label(this.last);
   }
 
-  private path({ protocol, pinned }: Picture, scale: TimeScale, x: Drawing["x"], y: Drawing["y"], ink: Ink, unit: string): void {
+  private path({ protocol, pinned }: Picture, [scale, other]: readonly [TimeScale, TimeScale?], x: Drawing["x"], y: Drawing["y"], ink: Ink, unit: string): void {
     const lines: Line[] = [];
-    const add = (of: Protocol, colour: string, dash: number[] = []) => {
-      const { times, indentations } = corners(of);
-      lines.push({ points: times.map((time, i) => [scale.place(time, times), indentations[i]!]), colour, dash });
+    const add = (of: Protocol, { places }: TimeScale, colour: string, dash: number[] = []) => {
+      lines.push({ points: corners(of).indentations.map((depth, i) => [places[i]!, depth]), colour, dash });
     };
-    if (pinned) add(pinned.protocol, ink.pinned, [6, 4]);
-    add(protocol, ink.path);
+    if (pinned) add(pinned.protocol, other!, ink.pinned, [6, 4]);
+    add(protocol, scale, ink.path);
     const title = `Protocol: indentation δ / ${unit}. Drag its corners`;
     // Room for the handles above the peak.
     const roomy = { ...y, high: y.high + 0.1 * (y.high - y.low) };

@@ -38,6 +38,7 @@ export function showResults(
   computed: Computed | undefined,
   pinned: Prediction | undefined,
   units: Units,
+  model: string,
 ): void {
   const ours = prediction && ofPrediction(prediction);
   const solver = computed && ofSolver(computed, !prediction || prediction.band !== undefined);
@@ -56,6 +57,7 @@ export function showResults(
     const beside = [];
     if (value !== undefined && !ours) beside.push("computed by the solver");
     if (ours && solver) beside.push(`solver ${say(solver[i]!)} · error\u00a0${percent(relativeError(ours[i]!, solver[i]!))}`);
+    if (ours && !solver) beside.push(`predicted by ${model}`);
     if (ours && other) beside.push(`pinned ${say(other[i]!)}`);
     byId(`${id}-beside`).textContent = beside.join("; ");
   });

@@ -186,7 +186,7 @@ def test_pinned_protocol_is_compared(browsed, fast):
     pinned = dict(zip(seen["protocol"], seen["address"]["pinned"].split(","), strict=True))
     assert changed(pinned, seen["protocol"]) == {"dwell_time"}
     (trajectory,) = python(fast, [pinned])
-    number = float(seen["beside"]["pull-off-force"].removeprefix("pinned "))
+    number = float(seen["beside"]["pull-off-force"].removeprefix("predicted by fast; pinned "))
     assert number == pytest.approx(trajectory.pull_off_force, rel=TOLERANCE)
     assert seen["pinned"].startswith("Pinned: μ")
     assert browsed["preset"]["address"]["pinned"] is None
