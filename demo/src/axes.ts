@@ -76,7 +76,7 @@ function between(at: number, from: readonly number[], to: readonly number[]): nu
 }
 
 /** sign(x) log10(1 + |x|): linear near zero, logarithmic far from it. */
-export function toSignedLog(value: number): number {
+function toSignedLog(value: number): number {
   return Math.sign(value) * Math.log10(1 + Math.abs(value));
 }
 

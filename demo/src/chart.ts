@@ -2,7 +2,7 @@
 
 import { colours, type Ink } from "./ink";
 
-export interface Tick {
+interface Tick {
   place: number;
   label: string;
 }

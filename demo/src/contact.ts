@@ -12,6 +12,7 @@ import { significant } from "./format";
 import { colours } from "./ink";
 import { linearly, type Grid } from "./protocol";
 import { Trouble } from "./trouble";
+import { DIMENSIONLESS, handy, type Units } from "./units";
 
 /** Pause between two pictures in ms, and how far one is from the next, in recorded instants. */
 const PAUSE = 40;
@@ -32,7 +33,7 @@ interface Entry {
   traction: string;
 }
 
-export interface Profiles extends Omit<Entry, "surface" | "traction"> {
+interface Profiles extends Omit<Entry, "surface" | "traction"> {
   surface: Float64Array;
   /** From -1, the strongest push, to 1, the strongest pull. */
   traction: Float64Array;
@@ -80,6 +81,7 @@ export class Film {
   private readonly known = new Map<string, Promise<Profiles>>();
   private wanted?: string;
   private scene?: Scene;
+  private units = DIMENSIONLESS;
   private timer?: number;
   /** The first contact moves at once, unless the reader wants no motion. */
   private opening = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -107,15 +109,17 @@ export class Film {
    *
    * @param grid The steps of the curve.
    * @param own Whether it is that of the protocol on the page, and not the nearest one.
+   * @param units Of the numbers beside it.
    * @throws Trouble where it cannot be had.
    */
-  async show(curve: Curve, grid: Grid, own: boolean): Promise<void> {
+  async show(curve: Curve, grid: Grid, own: boolean, units: Units): Promise<void> {
+    this.units = units;
     const { tabor, peak_indentation: peak, modulus_ratio: ratio } = curve.protocol;
-    const about = `${title(curve)} (μ ${significant(tabor, 3)}, peak ${significant(peak, 3)}, k ${significant(ratio, 2)})`;
-    const caption = own ? `The computed contact, ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
+    const about = `${title(curve)}, μ ${significant(tabor, 3)}, peak ${significant(peak, 3)}, k ${significant(ratio, 2)}`;
+    const caption = own ? `The computed contact: ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
     this.host.querySelector("figcaption span")!.textContent = caption;
     this.host.dataset["own"] = String(own);
-    if (this.wanted === curve.name) return;
+    if (this.wanted === curve.name) return this.draw();
     this.wanted = curve.name;
     const loading = this.known.get(curve.name) ?? loadProfiles(curve.name);
     this.known.set(curve.name, loading);
@@ -173,7 +177,13 @@ export class Film {
     const place = this.slider.valueAsNumber;
     const time = linearly(place, [...contact.times.keys()], contact.times);
     const [depth, load] = [grid.indentations, curve.force].map((values) => linearly(time, grid.times, values)) as [number, number];
-    const said = [`t ${significant(time, 3)}`, `δ ${significant(depth, 3)}`, `P ${significant(load, 3)}`].join(" · ");
+    const { units } = this;
+    const quantities = [["t", time, units.time], ["δ", depth, units.length], ["P", load, units.force]] as const;
+    const words = quantities.map(([symbol, value, scale]) => {
+      const { size, name } = handy(scale, units.laboratory, value);
+      return `${symbol} ${significant(value * size, 3)}${units.laboratory ? `\u00a0${name}` : ""}`;
+    });
+    const said = words.join(" · ");
     this.words.textContent = said;
     this.slider.setAttribute("aria-valuetext", said);
     this.canvas.setAttribute("aria-label", `Sphere and surface at ${said}`);

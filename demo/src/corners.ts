@@ -31,8 +31,10 @@ export class Corners {
   private scale!: TimeScale;
   ranges?: Ranges;
 
+  /** @param current What the page was asked for last, which may be ahead of what is drawn. */
   constructor(
     private readonly chart: Chart,
+    private readonly current: () => Protocol,
     private readonly changed: (protocol: Protocol) => void,
     private readonly released: () => void,
   ) {
@@ -96,7 +98,7 @@ export class Corners {
   }
 
   private drag(corner: Corner, place: number, level: number): void {
-    const next = { ...this.protocol };
+    const next = { ...this.current() };
     const scale = this.dragged!;
     if (corner.lifts) next.peak_indentation = level;
     this.keep(next, "peak_indentation");
@@ -118,7 +120,7 @@ export class Corners {
   private key(corner: Corner, event: KeyboardEvent): void {
     const sideways: Record<string, number> = { ArrowRight: STEP, ArrowLeft: 1 / STEP, PageUp: LEAP, PageDown: 1 / LEAP };
     const upwards: Record<string, number> = corner.lifts ? { ArrowUp: STEP, ArrowDown: 1 / STEP } : {};
-    const next = { ...this.protocol };
+    const next = { ...this.current() };
     if (event.key in sideways) {
       const { times } = corners(next);
       this.last(next, corner, (times[corner.at]! - times[corner.at - 1]!) * sideways[event.key]!);

@@ -10,7 +10,7 @@ import { physicalGrid } from "./physical_steps";
 import type { Counts, Grid, Protocol } from "./protocol";
 import { Trouble } from "./trouble";
 
-export const FAST_FILE = "./fast.bin";
+const FAST_FILE = "./fast.bin";
 /** Of the symmetric logarithm of each channel, the Tabor parameter last. */
 const PASSES = [2, 1, 1, 0, 0, 1, 1, 1, 1, 0, 0, 0, 1];
 const KNOWN = ["tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate", "modulus_ratio"] as const;

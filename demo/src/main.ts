@@ -51,12 +51,10 @@ class Page {
     this.controls = new Controls(byId("controls"), FAST_RANGES, this.fallback, (protocol) => this.change(protocol));
     const [history, loop, protocol] = ["history", "loop", "protocol"].map((id) => byId(id));
     const drawn = { history: history!, loop: loop!, protocol: protocol! };
-    this.plots = new Plots(drawn, (changed) => this.show(changed));
+    const current = () => this.protocol;
+    this.plots = new Plots(drawn, current, (changed) => this.show(changed));
     this.film = new Film(byId("film"), (time) => this.plots.mark(this.shown?.computed ? time : undefined));
-    this.picker = new Picker(
-      () => this.protocol,
-      (curve) => this.show(curve.protocol),
-    );
+    this.picker = new Picker(current, (curve) => this.show(curve.protocol));
     this.picker.fill(curves);
     this.look = new ViewControls(() => this.draw());
     this.listen();
@@ -138,10 +136,11 @@ class Page {
     for (const name of MODELS) byId(`model-${name}`).addEventListener("change", () => void this.choose(name));
     byId("csv").addEventListener("click", () => {
       const { protocol, prediction, computed } = this.shown!;
-      if (prediction) downloadCsv(csv(protocol, prediction, this.units(), computed?.curve.force), this.file());
+      if (prediction) downloadCsv(csv(protocol, prediction, this.units(protocol), computed?.curve.force), this.file());
     });
     byId("png").addEventListener("click", () => {
-      downloadPng(this.plots.png(byId("film").querySelector("canvas")!), this.file());
+      const [film, caption] = ["canvas", "figcaption span"].map((part) => byId("film").querySelector(part)!);
+      downloadPng(this.plots.png(film as HTMLCanvasElement, caption!.textContent), this.file());
     });
     byId("share").addEventListener("click", () => void this.share());
     byId("pin").addEventListener("click", () => this.pin(this.protocol));
@@ -213,9 +212,9 @@ class Page {
     return curve && { curve, grid: grid(protocol, set.counts) };
   }
 
-  private units(): Units {
+  private units({ tabor }: Protocol): Units {
     const { view, contact } = this.look;
-    return view.units === "laboratory" ? unitsOf(contact, this.shown!.protocol.tabor) : DIMENSIONLESS;
+    return view.units === "laboratory" ? unitsOf(contact, tabor) : DIMENSIONLESS;
   }
 
   private draw(): void {
@@ -223,7 +222,7 @@ class Page {
     const { view } = this.look;
     byId("contact").hidden = view.units !== "laboratory";
     const { protocol, prediction, pinned, computed } = this.shown;
-    const units = this.units();
+    const units = this.units(protocol);
     this.plots.draw({
       ...{ protocol, prediction, units, view },
       computed: computed && { grid: computed.grid, force: computed.curve.force },
@@ -233,7 +232,7 @@ class Page {
     const nearest = nearestCurve((this.loaded?.set ?? this.shelf.solids).curves, protocol);
     const filmed = curves.find(({ name }) => name === nearest.name)!;
     this.film
-      .show(filmed, physicalGrid(filmed.protocol, counts), computed !== undefined)
+      .show(filmed, physicalGrid(filmed.protocol, counts), computed !== undefined, this.units(filmed.protocol))
       .catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
     const name = this.loaded?.model.name ?? this.chosen;
     showResults(prediction, computed, pinned, units, name);

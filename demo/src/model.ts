@@ -28,8 +28,6 @@ export interface Model {
   predict(protocol: Protocol): Promise<Prediction>;
 }
 
-/** Share of true values that bands contain. */
-export const COVERAGE = 0.9;
 // As in `surrogate/validity.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
 

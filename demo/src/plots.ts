@@ -10,7 +10,7 @@ import { corners, linearly, type Grid, type Protocol } from "./protocol";
 import { handyScales, type Units } from "./units";
 
 /** What is drawn; dimensionless. */
-export interface Picture {
+interface Picture {
   protocol: Protocol;
   /** The surrogate's, where there is a model and it may be asked. */
   prediction?: Prediction;
@@ -37,11 +37,15 @@ export class Plots {
   private instant?: number;
   private axes?: { end: number; depth: Axis };
 
-  constructor(hosts: Record<"history" | "loop" | "protocol", HTMLElement>, changed: (protocol: Protocol) => void) {
+  constructor(
+    hosts: Record<"history" | "loop" | "protocol", HTMLElement>,
+    current: () => Protocol,
+    changed: (protocol: Protocol) => void,
+  ) {
     this.history = new Chart(hosts.history);
     this.loop = new Chart(hosts.loop);
     this.protocol = new Chart(hosts.protocol, () => this.corners?.place());
-    this.corners = new Corners(this.protocol, changed, () => this.redraw());
+    this.corners = new Corners(this.protocol, current, changed, () => this.redraw());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
   }
 
@@ -148,8 +152,8 @@ export class Plots {
     return said.join(" · ");
   }
 
-  /** All charts and the film in one picture, as a PNG in a data URL. */
-  png(film: HTMLCanvasElement): string {
+  /** The film above its caption and all charts in one picture, as a PNG in a data URL. */
+  png(film: HTMLCanvasElement, caption: string): string {
     const all = [film, this.history.canvas, this.loop.canvas, this.protocol.canvas].filter(({ width }) => width > 0);
     const [wide, high] = [Math.max(...all.map(({ width }) => width)), Math.max(...all.map(({ height }) => height))];
     const sheet = document.createElement("canvas");
@@ -158,6 +162,10 @@ export class Plots {
     pen.fillStyle = colours().paper;
     pen.fillRect(0, 0, sheet.width, sheet.height);
     all.forEach((canvas, i) => pen.drawImage(canvas, (i % 2) * wide, Math.floor(i / 2) * high));
+    const ink = colours();
+    pen.font = `${12 * devicePixelRatio}px ${ink.font}`;
+    pen.fillStyle = ink.text;
+    pen.fillText(caption, 12, film.height + 20 * devicePixelRatio, wide - 24);
     return sheet.toDataURL("image/png");
   }
 

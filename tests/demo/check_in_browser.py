@@ -175,8 +175,9 @@ def test_corner_follows_the_pointer_and_the_force_at_once(browsed, fast, corner)
 def test_keys_move_a_corner(browsed):
     before, after = (browsed["keyed"][moment]["protocol"] for moment in ("before", "after"))
     assert changed(before, after) == {"peak_indentation", "loading_rate"}
-    assert float(after["peak_indentation"]) == pytest.approx(1.05 * float(before["peak_indentation"]), rel=1e-2)
-    assert float(after["loading_rate"]) < float(before["loading_rate"])
+    assert float(after["peak_indentation"]) == pytest.approx(1.05**2 * float(before["peak_indentation"]), rel=1e-2)
+    # Loading is longer by a twentieth and by half.
+    assert float(after["loading_rate"]) == pytest.approx(float(before["loading_rate"]) / (1.05 * 1.5), rel=1e-2)
     said = browsed["keyed"]["after"]["corners"][0]
     assert said == f"Loading rate {after['loading_rate']}, Peak indentation {after['peak_indentation']}"
 

@@ -58,6 +58,18 @@ def test_steps_are_those_of_python(solids, model, page):
     np.testing.assert_array_equal([row["edge"] for row in page], edge_from_counts(model.counts, len(times)))
 
 
+def test_time_is_linear_within_phases(page):
+    """So that a ramp stays straight; a phase is as wide as the logarithm of its length."""
+    for row in page:
+        axis = row["axis"]
+        times, ends = np.array(row["times"]), np.array(axis["ends"])
+        np.testing.assert_allclose(axis["places"], np.interp(times, axis["corners"], ends), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(axis["back"], times, rtol=1e-9, atol=1e-9)
+        assert axis["real"] == row["times"]
+        durations = np.diff(axis["corners"])
+        np.testing.assert_allclose(np.diff(ends), np.log10(durations / 2e-4), rtol=1e-9)
+
+
 def in_double(model):
     """A copy of a model whose dense layers are evaluated in double precision."""
     graph = onnx.load_model_from_string(model.network.content()).graph

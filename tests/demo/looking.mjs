@@ -64,7 +64,7 @@ export const hidden = (page) =>
   page.evaluate(() => {
     const stage = document.getElementById("history");
     const found = [];
-    for (const control of document.querySelectorAll(":is(#side button, #side select, #side input, .corner):enabled, .corner")) {
+    for (const control of document.querySelectorAll("#side :is(button, select, input):enabled, .corner")) {
       scrollTo(0, document.body.scrollHeight);
       control.focus();
       const [seen, over] = [control.getBoundingClientRect(), stage.getBoundingClientRect()];

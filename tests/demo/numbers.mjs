@@ -7,7 +7,7 @@ import { fileURLToPath } from "node:url";
 
 const demo = join(dirname(fileURLToPath(import.meta.url)), "../../demo");
 const { build } = createRequire(join(demo, "package.json"))("esbuild");
-const contents = 'export * from "./physical_steps"; export { Fast } from "./fast";';
+const contents = 'export * from "./physical_steps"; export { Fast } from "./fast"; export { TimeScale } from "./axes";';
 const { outputFiles } = await build({
   stdin: { contents, resolveDir: join(demo, "src"), loader: "ts" },
   bundle: true,
@@ -22,6 +22,10 @@ const rows = protocols.map((protocol) => {
   const { times, indentations, edge } = page.physicalGrid(protocol, counts);
   const { force, pullOff, hysteresis, band } = fast.evaluate(protocol);
   const { lower, upper, pullOff: interval } = band;
-  return { times, indentations, edge, force, pullOff, hysteresis, lower, upper, interval };
+  const [scale, real] = ["phases", "real"].map((kind) => new page.TimeScale(protocol, kind));
+  const places = times.map((time) => scale.place(time));
+  const back = places.map((place) => scale.instant(place));
+  const axis = { corners: scale.corners, ends: scale.places, places, back, real: times.map((time) => real.place(time)) };
+  return { times, indentations, edge, force, pullOff, hysteresis, lower, upper, interval, axis };
 });
 console.log(JSON.stringify(rows, (_, value) => (value instanceof Float64Array ? [...value] : value)));
