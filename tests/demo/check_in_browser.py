@@ -50,7 +50,8 @@ def changed(one, other):
 def test_first_picture_is_computed_and_small(browsed):
     """While the file of the model does not arrive: film and force of a computed protocol, within 300 kB."""
     seen = browsed["first"]
-    assert seen["bytes"] < 300_000
+    needed = [DIST / name for name in ("index.html", "main.js", "styles.css", "solids.json", "contact-paper-4.json")]
+    assert sum(path.stat().st_size for path in needed) < seen["bytes"] < 300_000
     assert not any(name in url for url in seen["asked"] for name in ("fast.bin", "model.onnx", "ort", "curves.json"))
     assert seen["film"]["own"] == "true"
     assert seen["film"]["shown"] == seen["picked"] == "paper-4"

@@ -90,7 +90,8 @@ async function beforeTheModel(context) {
   const asked = [];
   page.on("response", async (response) => {
     asked.push(response.url());
-    bytes += (await response.body().catch(() => "")).length;
+    const { length } = await response.body().catch(() => "");
+    bytes += length;
   });
   await page.goto(base);
   await page.waitForSelector("body[data-state=drawn]", { timeout: PATIENCE });
