@@ -8,6 +8,11 @@ of `surrogate.intervals.Bands`, the quantiles at `COVERAGE` only. `demo/src/fast
 Usage: `python -m experiments.demo_model`.
 """
 
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("experiments.demo_model")
+
 import json
 from pathlib import Path
 
