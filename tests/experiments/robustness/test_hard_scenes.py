@@ -63,7 +63,7 @@ def test_large_tabor_stays_in_its_bounds():
 def test_breaches_of_bounds_are_seen():
     scene, protocol, _ = large_tabor.drawn(0, 17)
     trajectory = simulate(scene, protocol, "draft")
-    for name, factor, bound in (("force", 50.0, "tension"), ("contact_radius", 1.5, "contact radius")):
+    for name, factor, bound in (("force", 50.0, "tension"), ("contact_radius", 5.0, "contact radius")):
         wrong = dataclasses.replace(trajectory, **{name: factor * getattr(trajectory, name)})
         assert bound in list(large_tabor.breaches(scene, wrong))
     backwards = dataclasses.replace(trajectory, force=-trajectory.force)
