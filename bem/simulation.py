@@ -203,7 +203,8 @@ def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, mo
             budget = min(budget, MOST_OF_A_DRAFT * (crack.accuracy / target.target - 1.0) / _NEAR)
         work = _work_of_elements(crack, scene.tabor, target)
         if work > budget:
-            return _in_place(crack, target, f"boundary elements take about {work:.0e} multiply-adds of {budget:.0e}")
+            reason = f"boundary elements take about {work:.0e} multiply-adds, more than {budget:.0e}"
+            return _in_place(crack, target, reason)
     stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
     if stepped.completed or least > LOOSEST:
         return stepped
