@@ -32,9 +32,8 @@ bead = Setup(
     largest_tabor=1e4,
 )
 weight = np.pi * bead.radius * bead.work_of_adhesion
-print(
-    f"Tabor parameter {bead.tabor:.0f}, pull-off force of JKR {1e6 * jkr.PULL_OFF_FORCE * weight:.0f} µN"
-)
+print(f"Tabor parameter {bead.tabor:.0f}")
+print(f"pull-off force of JKR {1e6 * jkr.PULL_OFF_FORCE * weight:.0f} µN")
 
 # %%
 # ## Pull-off against speed, over six decades
@@ -82,9 +81,8 @@ energy = persson_brener.effective_energy(
     crack_speeds * bead.retardation_time / length, ratio
 )
 closed = jkr.PULL_OFF_FORCE * weight * energy
-print(
-    f"Persson and Brener differ by {100 * np.abs(closed / forces - 1).max():.0f} % at most"
-)
+most = 100.0 * np.abs(closed / forces - 1.0).max()
+print(f"Persson and Brener differ by {most:.0f} % at most")
 
 figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="constrained")
 axes.loglog(speeds, forces, "o-", label="simulated")
