@@ -54,9 +54,8 @@ for speed in speeds:
     curves.append(bead.simulate(path))
 forces = np.array([curve.pull_off_force for curve in curves])
 worst = max(curve.accuracy for curve in curves)
-print(
-    f"from {1e6 * forces[0]:.0f} to {1e6 * forces[-1]:.0f} µN, each within {100 * worst:.1f} %"
-)
+print(f"from {1e6 * forces[0]:.0f} to {1e6 * forces[-1]:.0f} µN")
+print(f"each is expected to err by {100 * worst:.1f} % at most")
 
 # %%
 # ## Beside closed forms

@@ -124,9 +124,10 @@ def page_text(large_tabor: Any) -> str:
     heads = [f"$\\mu$ {low:g} to {high:g}" for low, high in pairwise(TABORS)]
     changes = [row["change"] for row in rows if "change" in row]
     seconds, breaking = np.array([row["seconds"] for row in rows]), sum(bool(row.get("breaches")) for row in rows)
+    above = sum("in place of" in row["status"] for row in rows)
     text = (
-        f"Each cell: scenes that complete, of all; {sum('in place of' in row['status'] for row in rows)} by a sharp crack "
-        f"that errs more than the target, which their status says. Of {len(rows)} random ones {sum(seconds > 1.0)} "
+        f"Each cell: scenes that complete, of all; {above} by a sharp crack that errs more than the target, which "
+        f"their status says. Of {len(rows)} random ones {sum(seconds > 1.0)} "
         f"take more than 1 s of processor time, {seconds.max():.1f} s at most; {breaking} break a "
         f"physical bound. {len(changes)} were simulated again with a quarter of the target: pull-off force, largest "
         f"compression and hysteresis change by {100.0 * max(changes):.1f} % at most, in "
