@@ -53,6 +53,9 @@ from bem.results.trajectory import Jump, Statistics, Trajectory
 
 _MOST_REFINEMENTS = 3  # each halves the target error
 _FINENESS = 1, 4  # of the steps of a sharp crack
+_LARGE = 10.0  # Tabor parameter from which a sharp crack says first what boundary elements would cost
+_NEAR = 3.0  # excess of the expected error of a crack, over the target, for which a few seconds are spent to avoid it
+_WORK_OF_TRAVEL = 1e7  # multiply-adds of an edge that travels by beta / mu^2, at standard accuracy
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations")
 
@@ -84,13 +87,13 @@ def simulate(
             and within the protocol; or about how many (2 to 10,000), which are then placed where the history changes,
             by a simulation that is run before. None by default.
         most_work: budget in multiply-adds, 1e3 to 1e18, of all attempts together; the default is about a minute of one
-            core, or a few seconds where the target is that of a draft or looser. A trajectory that needs more ends
-            where the budget does.
+            core, or a few seconds where the target is that of a draft or looser, or a sharp crack answers nearly as
+            exactly. A trajectory that needs more ends where the budget does.
 
     Returns:
         the trajectory. Its `accuracy` is the target, a tighter one where the coarse mesh found no way through, or of a
         sharp crack the error that is expected; the `status` says where that is more than the target, because boundary
-        elements could not be started. The status begins with "completed" or says where and why the trajectory ended;
+        elements could not do it. The status begins with "completed" or says where and why the trajectory ended;
         the scalar results of an unfinished one are NaN.
 
     Raises:
@@ -102,9 +105,7 @@ def simulate(
     instance("scene", scene, (Scene,))
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol, ForceProtocol))
     target = resolve_accuracy(accuracy)
-    if most_work is None:
-        most_work = MOST_OF_A_DRAFT if target.target >= NAMED_TARGETS["draft"] else MOST_WORK
-    budget = finite_number("most_work", most_work, low=1e3, high=1e18)
+    budget = _budget(most_work, target)
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     path = history_of(protocol, scene.tabor)
@@ -129,7 +130,7 @@ def simulate(
         return _without_profiles(_followed(scene, path, target, glassy, mesh, instants, budget), scene)
     simplified = simplified_scene(scene, path, target.target, glassy)
     trajectory = _on_branch(simplified.scene, path, target, budget) or _of_large_tabor(
-        simplified.scene, path, target, glassy, budget
+        simplified.scene, path, target, glassy, most_work
     )
     return _rescaled(trajectory, scene, simplified) if simplified.left_out else trajectory
 
@@ -169,28 +170,53 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
 
 
-def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, budget: float) -> Trajectory:
+def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, most_work: float | None) -> Trajectory:
     """The trajectory by a sharp crack where its expected error is small enough, else by boundary elements.
 
-    Where these do not answer, that of the crack if they could not be started, or their status with what the crack could
-    do.
+    Of a large Tabor parameter the crack comes first. Boundary elements are then begun only where they are expected to
+    end within the budget, and where they do not, the crack answers all the same and its status says why.
     """
-    least = least_error(scene, path, _FINENESS[-1]) if is_sharp(scene) else math.inf
-    crack = _as_crack(scene, path, target.target, glassy, budget) if least <= target.target else None
+    budget, large = _budget(most_work, target), scene.tabor >= _LARGE
+    least, crack = least_error(scene, path, _FINENESS[-1]) if is_sharp(scene) else math.inf, None
+    if least <= (LOOSEST if large else target.target):
+        crack = _as_crack(scene, path, target.target, glassy, budget)
     if crack and crack.accuracy <= target.target:
         return crack
+    if crack and large and crack.accuracy <= LOOSEST:
+        if most_work is None:  # the nearer the crack is, the less is worth the wait
+            budget = min(budget, MOST_OF_A_DRAFT * (crack.accuracy / target.target - 1.0) / _NEAR)
+        work = _work_of_elements(crack, scene.tabor, target)
+        if work > budget:
+            reason = f"boundary elements take about {work:.0e} multiply-adds, more than {budget:.0e}"
+            return _in_place(crack, target, reason)
     stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
     if stepped.completed or least > LOOSEST:
         return stepped
     crack = crack or _as_crack(scene, path, LOOSEST, glassy, budget)
     if not crack or crack.accuracy > LOOSEST:
         return stepped
-    reason = stepped.status.removeprefix("not started: ")
-    if reason == stepped.status:
-        return replace(stepped, status=f"{reason}; accuracy={crack.accuracy:.2g} is within reach of a sharp crack")
-    return replace(
-        crack, status=f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})"
-    )
+    return _in_place(crack, target, stepped.status.removeprefix("not started: "))
+
+
+def _in_place(crack: Trajectory, target: Accuracy, reason: str) -> Trajectory:
+    """The trajectory of a crack that errs more than the target, which its status says."""
+    status = f"{crack.status} (accuracy {crack.accuracy:.2g} in place of {target.target:g}: {reason})"
+    return replace(crack, status=status)
+
+
+def _work_of_elements(crack: Trajectory, tabor: float, target: Accuracy) -> float:
+    """Multiply-adds that boundary elements take about: in proportion to the way of the edge, in widths of its zone."""
+    radius = crack.contact_radius
+    touching = (radius[1:] > 0.0) & (radius[:-1] > 0.0)
+    travel = tabor**2 * float(np.abs(np.diff(radius))[touching].sum())
+    return _WORK_OF_TRAVEL * travel * NAMED_TARGETS["standard"] / target.target
+
+
+def _budget(most_work: float | None, target: Accuracy) -> float:
+    """Multiply-adds: those that are asked for, or the default of a target."""
+    if most_work is None:
+        return MOST_OF_A_DRAFT if target.target >= NAMED_TARGETS["draft"] else MOST_WORK
+    return finite_number("most_work", most_work, low=1e3, high=1e18)
 
 
 def _as_crack(scene: Scene, path: Path, target: float, glassy: bool, budget: float) -> Trajectory | None:

@@ -20,7 +20,7 @@ from tests.surrogate.conftest import write_dataset
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 API_PAGES = ("api-bem", "api-surrogate", "laboratory")
 PUBLIC = ("bem", "bem.lab", "bem.materials_library", "surrogate")
-TUTORIALS = sorted((ROOT / "docs/tutorials").glob("[0-9]_*.py"))
+TUTORIALS = sorted((ROOT / "docs/tutorials").glob("[0-9]*_*.py"))
 EXAMPLES = [
     pytest.param(page.name, textwrap.dedent(code), id=f"{page.stem}-{number}")
     for page in PAGES
@@ -69,7 +69,7 @@ def test_each_tutorial_runs(tutorial, tmp_path):
 
 
 def test_tutorials_are_listed_with_pictures():
-    assert len(TUTORIALS) == 9
+    assert len(TUTORIALS) == 10
     for tutorial in TUTORIALS:
         code = tutorial.read_text(encoding="utf-8")
         assert re.match(r'"""\n# \w', code), "the title of the page"

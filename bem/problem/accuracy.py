@@ -56,6 +56,11 @@ class Accuracy:
 
     target: float
 
+    @property
+    def _ratio(self) -> float:
+        """The target over that of the constants; a coarser mesh than a draft's saves nothing and loses its edge."""
+        return min(self.target, NAMED_TARGETS["draft"]) / _UNIT_TARGET
+
     def controls(self, resistance: float = 1.0) -> Controls:
         """Discretisation for this target; spacing and step shrink with their orders of convergence.
 
@@ -66,7 +71,7 @@ class Accuracy:
         Returns:
             The tolerances and spacings that the solver uses.
         """
-        ratio = self.target / _UNIT_TARGET
+        ratio = self._ratio
         tight = ratio < 1.0
         if tight:  # the shallowest contacts converge a little more slowly than the others
             ratio **= 1.1
@@ -103,7 +108,7 @@ class Accuracy:
 
     def line_controls(self) -> Controls:
         """The same, finer: without adhesion, where the traction is interpolated linearly, and on a grid that moves."""
-        ratio = self.target / _UNIT_TARGET
+        ratio = self._ratio
         if ratio < 1.0:
             ratio **= 1.1
         capped = min(ratio, 4.0) ** 0.35

@@ -90,16 +90,33 @@ def test_accuracy_that_holds_is_said():
     assert trajectory.completed
     assert trajectory.accuracy > 2e-4
     assert trajectory.status.startswith(
-        f"completed (accuracy {trajectory.accuracy:.2g} in place of 0.0002: the contact"
+        f"completed (accuracy {trajectory.accuracy:.2g} in place of 0.0002: boundary elements"
     )
 
 
-def test_failed_refinement_says_what_is_near():
-    trajectory = simulate(Scene(40.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160]), 2e-3, most_work=1e9)
-    assert trajectory.status.endswith(" is within reach of a sharp crack")
-    error = float(trajectory.status.split("accuracy=")[1].split()[0])
-    answer = simulate(Scene(40.0, SOFT), PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160]), error)
-    assert (answer.completed, answer.stats.method) == (True, "sharp crack")
+DEEP_CYCLE = PiecewiseLinearProtocol([0, 1, 2], [-160, 40, -160])
+
+
+def test_hopeless_elements_are_not_begun(monkeypatch):
+    monkeypatch.setattr(simulation, "march", None)
+    for tabor, accuracy, options in ((40.0, 2e-3, {"most_work": 1e9}), (60.0, "standard", {}), (50.0, 1.5e-4, {})):
+        trajectory = simulate(Scene(tabor, SOFT), DEEP_CYCLE, accuracy, **options)
+        said = f"completed (accuracy {trajectory.accuracy:.2g} in place of "
+        assert trajectory.status.startswith(said)
+        assert "boundary elements take about" in trajectory.status
+        answer = simulate(Scene(tabor, SOFT), DEEP_CYCLE, trajectory.accuracy)
+        assert (answer.status, answer.stats.method) == ("completed", "sharp crack")
+
+
+def test_elements_that_fail_leave_the_crack(monkeypatch):
+    def lost(*arguments):
+        return march(*arguments[:-1], 1e3)
+
+    march = simulation.march
+    monkeypatch.setattr(simulation, "march", lost)
+    trajectory = simulate(Scene(12.0, SOFT), DEEP_CYCLE)
+    assert trajectory.stats.method == "sharp crack"
+    assert trajectory.status.startswith(f"completed (accuracy {trajectory.accuracy:.2g} in place of 0.004: stopped at ")
 
 
 def test_no_zone_is_no_traceback():

@@ -66,6 +66,16 @@ def test_pulled_at_once_it_is_a_glassy_crack(tabor):
     assert records["contact_radius"][records["contact_radius"] > 0.0][-1] == pytest.approx(radius, rel=0.02)
 
 
+def test_slower_pull_loses_more():
+    """A pull of 8 % of a relaxation time relaxes as it goes; what that adds vanishes in proportion to its duration."""
+    slow, fast, faster = (
+        loop(records_of(300.0, [0.0, duration], [5.0, -3.0])) / 300.0 for duration in (8e-3, 8e-4, 8e-5)
+    )
+    assert 0.06 < slow - faster < 0.08
+    assert fast - faster == pytest.approx((slow - faster) / 10.0, rel=0.15)
+    assert faster == pytest.approx(glassy_crack(5.0)[0], rel=3e-3)
+
+
 @pytest.mark.parametrize("tabor", [300.0, 3000.0])
 def test_fast_closing_gives_k_times_the_work(tabor):
     records = records_of(tabor, [0.0, 4e-4], [-1.0, 3.0])

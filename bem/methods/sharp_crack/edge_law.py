@@ -98,7 +98,7 @@ def _tabulate(law: Law, strengths: FloatArray, times: FloatArray) -> EdgeLaw:
     chosen = np.searchsorted(-total, -(1.0 - ratio) * np.array(_RESTED))
     chosen = np.unique(np.minimum(chosen, speeds.size - 1))
     own = np.append(0.95 * full, total[chosen] * np.sqrt(np.pi * np.array(closing)[chosen]))
-    left = np.array([np.concatenate([[0.0, 0.5 * one], np.linspace(one, 1.3 * full, 4)]) for one in own])
+    left = np.array([np.concatenate([[0.0, 0.5 * strain], np.linspace(strain, 1.3 * full, 4)]) for strain in own])
     runs = np.append(np.geomspace(30.0 / ratio, 0.03, _RUNS), 0.0)
     wakes = [1.0 - equations.pull(elastic.gaps) / elastic.far_value, *(shapes[j] for j in chosen)]
     started = [_started(equations, glassy, wake, row, runs) for wake, row in zip(wakes, left, strict=True)]

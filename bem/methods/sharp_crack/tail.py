@@ -14,6 +14,7 @@ contacts at all depths, b of `strain_ahead` to viscoelastic ones that are loaded
 Units: as in `bem.methods.sharp_crack.far_field`. Source: Abel transforms as there; first order in eta.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ class Tail(NamedTuple):
     slope: np.ndarray  # (q,) dJ_0 / d ln q
 
 
+@functools.lru_cache(maxsize=2)
 def tail_of(strength: float) -> Tail:
     """The table."""
     growths = np.geomspace(_FLATTEST, _STEEPEST, _POINTS)

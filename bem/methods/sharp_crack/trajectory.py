@@ -131,15 +131,16 @@ def _contact_of(tabor: float, law: EdgeLaw, deepest: float, nodes: int) -> Conta
 
 def load_steps() -> None:
     """Compile what a history takes, or load it from the cache, without one."""
-    one, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
-    law = EdgeLaw(0.5, 0.5 * one, one, tail_of(0.0), one, one, one, one, one, row, one, one, one, row, table, one, one)
+    unit, row, table = np.ones(1), np.ones((1, 1)), np.ones((1, 1, 1))
+    tables = (unit, unit, unit, unit, unit, row, unit, unit, unit, row, table, unit, unit)
+    law = EdgeLaw(0.5, 0.5 * unit, unit, tail_of(0.0), *tables)
     contact, work = _contact_of(1.0, law, 0.0, 8), uncompiled(new_work)()
     first, spare = (uncompiled(new_state)(8, 1, 0.0, 0.0) for _ in range(2))
     progress = Progress(uncompiled(new_records)(), first, spare, 0, 0.0, 1.0, 0.0, 0.0, 0.0, COMPLETED)
     follow(contact, LENNARD_JONES, Device(0.0, False), progress, np.empty(0), np.zeros(2), np.zeros(2), work)
-    _rest_depths(contact, one, 1.0, 1.0)
+    _rest_depths(contact, unit, 1.0, 1.0)
     zone_nodes(LENNARD_JONES)
-    press(LENNARD_JONES, np.ones(1, bool), -one, one, one)
+    press(LENNARD_JONES, np.ones(1, bool), -unit, unit, unit)
 
 
 @kernel

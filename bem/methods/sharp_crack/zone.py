@@ -95,6 +95,7 @@ class ZoneEquations:
         beyond = np.where(part > 0.0, np.arcsin(np.minimum(root, 1.0)), np.arcsinh(root))
         self._opening[:, 0] += np.sqrt(-self.z[0]) * 2.0 / root * beyond
         self._opening *= 2.0 / np.pi
+        self._elastic, self._far = self._opening @ self._attraction, self._opening.sum(axis=1)
 
     def pull(self, gaps: FloatArray) -> FloatArray:
         """Values g (n,) of the traction at `gaps` (n,)."""
@@ -105,12 +106,12 @@ class ZoneEquations:
         z, peak = self.z, self.law.peak_gap
         inside = 1.0 + 0.9 * (peak - 1.0) / (1.0 + 20.0 * np.abs(z))
         guess = Zone(np.where(z < 0.0, inside, peak + 2.2 * np.sqrt(np.maximum(z, 0.0))), np.sqrt(np.pi))
-        return self._solve(self._opening @ self._attraction, self._opening.sum(axis=1), 0.0, guess, 1e-8)
+        return self._solve(self._elastic, self._far, 0.0, guess, 1e-4)
 
     def steady(self, speed: float, guess: Zone, *, closing: bool) -> Zone:
         """The zone of an edge that moves at a constant `speed`, from that of a similar one."""
         matrix = self._opening @ self._memory(speed, closing) @ self._attraction
-        return self._solve(matrix, self._opening.sum(axis=1), 0.0, guess, 1e-6)
+        return self._solve(matrix, self._far, 0.0, guess, 1e-3)
 
     def follow(self, speeds: FloatArray, zone: Zone, *, closing: bool) -> list[Zone]:
         """The zones at rising `speeds` (v,), from that at rest."""
@@ -128,8 +129,7 @@ class ZoneEquations:
 
     def glassy(self, wake: FloatArray, guess: Zone) -> Zone:
         """The zone of an edge that opens at once through strains `wake` (n,), which only add to the opening."""
-        matrix = self.ratio * self._opening @ self._attraction
-        return self._solve(matrix, self.ratio * self._opening.sum(axis=1), self._opening @ wake, guess, 1e-5)
+        return self._solve(self.ratio * self._elastic, self.ratio * self._far, self._opening @ wake, guess, 1e-3)
 
     def closing_strains(self, speed: float, zone: Zone) -> FloatArray:
         """Strains (m, n) of each term in a zone that closes at `speed`, over its far value."""
@@ -150,18 +150,14 @@ class ZoneEquations:
 
     def _strain_history(self, length: float, closing: bool) -> FloatArray:
         """Matrix (n, n) of Q, exact for g linear between the nodes."""
-        ratio = np.diff(self.z) / length
-        decay, gain, count = np.exp(-ratio), -np.expm1(-ratio) / ratio, self.z.size
-        history = np.zeros((count, count))
-        if not closing:
-            for i in range(1, count):
-                history[i] = decay[i - 1] * history[i - 1]
-                history[i, i - 1 : i + 1] += gain[i - 1], -gain[i - 1]
-            return history
-        history[-1, -1] = length / (length + self.z[-1])
-        for i in range(count - 2, -1, -1):
-            history[i] = decay[i] * history[i + 1]
-            history[i, i : i + 2] += gain[i], -gain[i]
+        z, ratio, history = self.z, np.diff(self.z) / length, np.zeros((self.z.size, self.z.size))
+        away = z[:-1] - z[:, None] if closing else z[:, None] - z[1:]  # from a node to the near end of each segment
+        decay = np.exp(-np.maximum(away, 0.0) / length)
+        segments = (np.triu(decay) if closing else np.tril(decay, -1)) * (-np.expm1(-ratio) / ratio)
+        history[:, :-1] += segments
+        history[:, 1:] -= segments
+        if closing:  # the traction falls as 1/z beyond the last node
+            history[:, -1] += np.exp((z - z[-1]) / length) * length / (length + z[-1])
         return history
 
     def _solve(
@@ -185,10 +181,11 @@ class ZoneEquations:
             longest = 1.0 if iteration < _FREE_ITERATIONS else 0.4  # where the iteration goes to and fro
             part = min(longest, 1.0 / max(float(limits.max()), 1e-300))
             new = gaps + part * step
-            wanted = np.minimum(traction + part * slope * step, LARGEST_TENSION)
-            press(law, pressed, wanted, gaps, new)
+            press(law, pressed, np.minimum(traction + part * slope * step, LARGEST_TENSION), gaps, new)
             gaps, far_value = new, far_value + part * float(change[count])
-            if part == longest and np.abs(step / gaps).max() < tolerance:
+            # What is left after a whole step is of the order of its square.
+            least = tolerance if part == 1.0 else tolerance**2
+            if part == longest and np.abs(step / gaps).max() < least:
                 return Zone(gaps, far_value)
         raise ZoneError("no process zone found")
 
@@ -237,8 +234,8 @@ def _evaluate(law: Law, gaps: np.ndarray, tractions: np.ndarray, slopes: np.ndar
 
 
 @kernel
-def press(law: Law, pressed: np.ndarray, wanted: np.ndarray, guess: np.ndarray, gaps: np.ndarray) -> None:
-    """Replace the gaps (n,) of pressed nodes by those of their wanted tractions (n,)."""
+def press(law: Law, pressed: np.ndarray, tractions: np.ndarray, guess: np.ndarray, gaps: np.ndarray) -> None:
+    """Replace the gaps (n,) of pressed nodes by those of their new tractions (n,)."""
     for i in range(gaps.size):
         if pressed[i]:
-            gaps[i] = pressed_gap_of(law, wanted[i], guess[i])
+            gaps[i] = pressed_gap_of(law, tractions[i], guess[i])

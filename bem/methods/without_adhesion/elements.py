@@ -168,11 +168,12 @@ def _release(solid: Solid, push: Push, above: float, memory: np.ndarray, last: f
 
 
 @kernel
-def force_of_row(places: Places, row: Row) -> tuple[float, float]:
+def force_of_row(places: Places, row: Row, glassy: float) -> tuple[float, float]:
     """Force and contact radius, by lines in x^2, as Hertz's load is, between elements and up to the edge.
 
-    The edge is where the load of the last two falls to zero, or the surface outside meets the sphere, the further
-    of both: the force is then continuous in the state.
+    For the force the edge is where the load of the last two falls to zero, or the surface outside meets the sphere, the
+    further of both: it is then continuous in the state. The contact ends no further out than where the sphere would
+    meet a surface as high as that of the first element outside, which while it grows is the edge.
     """
     load, last, total = row.load, -1, 0.0
     for i in range(load.size):
@@ -188,7 +189,12 @@ def force_of_row(places: Places, row: Row) -> tuple[float, float]:
         share = max(share, min(inside / fall, 1.0) if fall > inside else 1.0)
     edge = np.sqrt(last * last + share * (2 * last + 1))
     edge_weight = (edge - last) * (2.0 * edge + last) / (3.0 * (edge + last)) - (3.0 * last + 2.0) / (6.0 * last + 3.0)
-    return -2.0 / (np.pi * places.tabor) * places.spacing * (total + outer * edge_weight), places.spacing * edge
+    force = -2.0 / (np.pi * places.tabor) * places.spacing * (total + outer * edge_weight)
+    if last + 1 < load.size and load[last + 1] < 0.0:
+        inner, free = places.heights[last], places.heights[last + 1]
+        met = max(free + load[last + 1] / glassy - inner, 0.0) / (free - inner)
+        edge = min(edge, np.sqrt(last * last + met * (2 * last + 1)))
+    return force, places.spacing * edge
 
 
 @functools.lru_cache(maxsize=256)

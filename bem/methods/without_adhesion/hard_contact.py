@@ -280,7 +280,7 @@ def _solve(
         rate = (indentation - depth) / step
         curve = bend * step * (rate - slope_before)
         advance(solid, row, places.heights, depth, Push(rate - curve * step, curve, step), new)
-        force, radius = force_of_row(places, new)
+        force, radius = force_of_row(places, new, solid.glassy)
         if device.compliance == 0.0:
             break
         excess = device.inward * indentation - device.compliance * force - control
@@ -355,7 +355,7 @@ def _follow(
     row, depth, force_scale, records, outcome = course.row, course.depth, course.force_scale, course.records, COMPLETED
     n, segment = places.heights.size, course.segment
     new = Row(np.empty(n, np.bool_), np.empty((n, solid.times.size)), np.empty(n))
-    force, radius = force_of_row(places, row)
+    force, radius = force_of_row(places, row, solid.glassy)
     if records.filled[0] == 0:
         records = with_record(records, times[0], depth, force, radius)
     past, depths, forces = np.zeros(_PARABOLA), np.zeros(_PARABOLA), np.zeros(_PARABOLA)

@@ -1,12 +1,15 @@
 """The studies of the solver: at named extremes, at large Tabor parameters, and soaks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from bem import ForceProtocol, LoadingProtocol
+from bem import ForceProtocol, LoadingProtocol, simulate
 from bem.methods.closed_forms import jkr
+from bem.problem.accuracy import resolve_accuracy
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.robustness import hard_case_map, random_scenes
+from experiments.robustness import hard_case_map, large_tabor, random_scenes
 from experiments.robustness.hard_case_map import relative_change
 
 
@@ -44,17 +47,27 @@ def test_contact_without_pull_off_force():
     assert relative_change(1.02, 1.0) == pytest.approx(0.02)
 
 
-def test_refinement_hardly_changes_a_scene():
-    rows = random_scenes.large(30, seed=1)
-    for name, bounds in (("tabor", random_scenes.TABORS), ("rate", random_scenes.RATES)):
-        assert all(bounds[0] <= row[name] <= bounds[-1] for row in rows)
-    assert {row["device"] for row in rows} == set(random_scenes.DEVICES)
-    by_force = next(row for row in rows if row["device"] == "force")
-    assert isinstance(random_scenes.case(by_force)[1], ForceProtocol)
-    row = {"device": "stage", "tabor": 10.0, "rate": 0.1, "depth": 0.5, "spring": 1.0, "modulus_ratio": 1.0}
-    row_solved = random_scenes.solved(row, refine=True)
-    assert row_solved["status"].startswith("completed")
-    assert row_solved["change"] < 0.02
+def test_large_tabor_stays_in_its_bounds():
+    scenes = [large_tabor.drawn(number, 17) for number in range(12)]
+    assert all(large_tabor.TABORS[0] <= scene.tabor <= large_tabor.TABORS[-1] for scene, _, _ in scenes)
+    assert {type(protocol) for _, protocol, _ in scenes} == {LoadingProtocol, ForceProtocol}
+    assert {scene.spring is None for scene, _, _ in scenes} == {True, False}
+    rows = [large_tabor.solved(number, 17, refine=number == 6) for number in range(9)]
+    assert {row["status"] for row in rows} == {"completed"}
+    assert not any(row["breaches"] for row in rows)
+    assert rows[6]["change"] < resolve_accuracy("draft").target
+    text = large_tabor.page_text({"scenes": rows, "target": 0.017, "command": "c", "host": "h"})
+    assert "0 break a physical bound" in text
+
+
+def test_breaches_of_bounds_are_seen():
+    scene, protocol, _ = large_tabor.drawn(0, 17)
+    trajectory = simulate(scene, protocol, "draft")
+    for name, factor, bound in (("force", 50.0, "tension"), ("contact_radius", 5.0, "contact radius")):
+        wrong = dataclasses.replace(trajectory, **{name: factor * getattr(trajectory, name)})
+        assert bound in list(large_tabor.breaches(scene, wrong))
+    backwards = dataclasses.replace(trajectory, force=-trajectory.force)
+    assert "work" in list(large_tabor.breaches(scene, backwards))
 
 
 PEAK = np.sin(np.linspace(0.0, 3.0, 40))

@@ -17,6 +17,7 @@ from bem import (
 )
 from bem.methods.closed_forms import jkr
 from bem.methods.outcomes import COMPLETED, DETACHED, OUT_OF_WORK
+from bem.methods.records import MULTIPLY_ADDS
 from bem.methods.sharp_crack import STEP_ERROR, march_crack
 from bem.problem.tractions import Exponential
 
@@ -174,6 +175,16 @@ def test_the_budget_ends_it():
     result, _ = march_crack(Scene(100.0, SOLID), path([0.0, 5.0, 10.0], [START, 3.0, START], 100.0), most_work=5e7)
     assert result.outcome == OUT_OF_WORK
     assert 0.0 < result.records["time"][-1] < 10.0
+
+
+def test_cost_does_not_grow_with_tabor():
+    """Some 30 ms of one core: a multiply-add of the budget takes 0.1 ns."""
+    work = [
+        march_crack(Scene(tabor, SOLID), path([0.0, 7.0, 8.0, 8.5], [START, 3.0, 3.0, START], tabor)).result.work
+        for tabor in (100.0, 1000.0, 3000.0)
+    ]
+    assert max(counts[MULTIPLY_ADDS] for counts in work) < 5e8
+    assert work[2][MULTIPLY_ADDS] < 1.05 * work[0][MULTIPLY_ADDS]
 
 
 def test_no_error_is_known_without_contact():

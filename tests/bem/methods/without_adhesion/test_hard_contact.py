@@ -108,3 +108,15 @@ def test_a_sphere_flies_behind_a_soft_spring():
     trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-3.0, 0.7, -4.0]), "draft", most_work=1e8)
     assert trajectory.completed
     assert trajectory.stats.method == "elements"
+
+
+@pytest.mark.parametrize("accuracy", ["draft", "standard"])
+@pytest.mark.parametrize("material", [StandardLinearSolid(0.1), SERIES])
+def test_contact_radius_of_loading_is_that_of_hertz(material, accuracy):
+    """Lee and Radok: while the contact grows its radius is that of an elastic one at the same indentation."""
+    scene = Scene(2.0, material, HardContact())
+    trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0, 4.0], [0.0, 10.0, 0.0]), accuracy)
+    loading = (trajectory.time <= 1.0) & (trajectory.indentation > 0.5)
+    radius = np.sqrt(trajectory.indentation[loading] / scene.tabor)
+    error = np.abs(trajectory.contact_radius[loading] - radius).max() / radius.max()
+    assert error < 0.5 * trajectory.accuracy
