@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.wording import markdown_table
+from bem.problem.accuracy import LOOSEST
 from paper_figures.style.drawing import paper_seconds
 from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, caption, left_out, median_and_p95, milliseconds, number, percent
@@ -84,6 +85,32 @@ def page_text(accuracy_cost: Any) -> str:
     few = f", {refined} of which have a refined solution" if refined < protocols else ""
     source = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
     return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{source}{left_out(accuracy_cost, LACKING)}"
+
+
+def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
+    """Which tool for which contact, with its error of the pull-off force and its time, for the front of the guide."""
+    tools = {(tool["kind"], tool["setting"]): tool for tool in accuracy_cost["tools"]}
+    cracks = [row["seconds"] for row in large_tabor["scenes"] if row["method"] == "sharp crack"]
+
+    def cells(kind: str, setting: str) -> list[str]:
+        tool = tools[kind, setting]
+        error = tool["errors"]["pull_off_force"]["median"]
+        return ["-" if error is None else percent(error), number(1e3 * tool["seconds"]["median"])]
+
+    crack = [f"stated, at most {100.0 * LOOSEST:g}", f"{number(1e3 * float(np.median(cracks)))}, with its tables"]
+    rows = [
+        [
+            "no adhesion, until the peak",
+            "closed form (Lee and Radok)",
+            *cells("closed form", "Lee and Radok, until the peak"),
+        ],
+        ["elastic, a Tabor parameter of about 0.2", "closed form (DMT)", *cells("closed form", "DMT, rubbery")],
+        ["any protocol, solid and effects", "`bem simulate`", *cells("solver", "standard")],
+        ["a Tabor parameter from about 20 to 10,000", "`bem simulate`, by a sharp crack", *crack],
+        ["load, dwell, unload; a standard linear solid; gradients", "`fast`", *cells("fast", "ONNX single")],
+        ["the same, half the error of the force", "`accurate`", *cells("accurate", "ONNX single")],
+    ]
+    return markdown_table(["Your contact", "Take", "Error of the pull-off force (%)", "Time of a call (ms)"], rows)
 
 
 def solver_text(accuracy_cost: Any) -> str:
