@@ -108,7 +108,7 @@ def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
         ["any protocol, solid and effects", "`bem simulate`", *cells("solver", "standard")],
         ["a Tabor parameter from about 20 to 10,000", "`bem simulate`, by a sharp crack", *crack],
         ["load, dwell, unload; a standard linear solid; gradients", "`fast`", *cells("fast", "ONNX single")],
-        ["the same, half the error of the force", "`accurate`", *cells("accurate", "ONNX single")],
+        ["the same, more accurately", "`accurate`", *cells("accurate", "ONNX single")],
     ]
     return markdown_table(["Your contact", "Take", "Error of the pull-off force (%)", "Time of a call (ms)"], rows)
 
