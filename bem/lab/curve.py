@@ -54,6 +54,7 @@ class ForceCurve(Tabular):
         accuracy: relative error to be expected of a simulated curve.
         model: name of the model that predicted the curve.
         coverage: share of true forces that its band is to contain.
+        notes: sentences on how a file was read.
 
     Raises:
         ValueError: fewer than two points, values beyond 1e15 or not finite, unequal lengths, or times that go back.
@@ -72,6 +73,7 @@ class ForceCurve(Tabular):
     accuracy: float | None = None
     model: str = ""
     coverage: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)

@@ -2,7 +2,7 @@
 
 A form draws a contact and gives instants (s), places of the stage (m), tensions (N), the arguments of `Setup` that are
 known, and the true parameters. Each curve has an unknown contact point, an offset, a tilt, a drag and noise.
-`CLASSES[name](rng)` gives the curve, the setup that is known, and the truth.
+`CLASSES[name](rng)` gives the curve, the setup that is known, and the truth; `UNKNOWN` has shapes that no model is for.
 """
 
 from functools import partial
@@ -132,6 +132,55 @@ def ting(rng):
     return time, position, tension, {"radius": radius, "relaxed_modulus": 1e4}, truth
 
 
+def pressed_by(rng, force_of, share=(0.05, 0.3)):
+    """A sphere without spring on a solid whose compression is `force_of(depth, radius, reduced, deep)`."""
+    radius, modulus = 10 ** rng.uniform(-6.0, -4.5), 10 ** rng.uniform(3.0, 6.0)
+    deep = rng.uniform(*share) * radius
+    time, position = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
+    tension = -force_of(np.maximum(position, 0.0), radius, modulus / INCOMPRESSIBLE, deep)
+    return time, position, tension, {"radius": radius, "relaxed_modulus": 1e4}, {"relaxed_modulus": modulus}
+
+
+def flat_punch(rng):
+    """The end of a cylinder as wide as the sphere: a line."""
+    return pressed_by(rng, lambda depth, radius, reduced, _: 2.0 * reduced * radius * depth)
+
+
+def layer(rng):
+    """An incompressible layer bonded to glass, 0.3 to 1 of its thickness wide in contact (Dimitriadis, 2002)."""
+    chi = rng.uniform(0.3, 1.0)
+
+    def force(depth, radius, reduced, deep):
+        x = chi * np.sqrt(depth / deep)
+        series = 1.0 + 1.133 * x + 1.283 * x**2 + 0.769 * x**3 + 0.0975 * x**4
+        return 4 / 3 * reduced * np.sqrt(radius) * depth**1.5 * series
+
+    return pressed_by(rng, force)
+
+
+def two_slopes(rng):
+    """A solid that is two to ten times stiffer from a depth on."""
+    stiffer, begins = rng.uniform(2.0, 10.0), rng.uniform(0.3, 0.7)
+
+    def force(depth, radius, reduced, deep):
+        further = np.maximum(depth - begins * deep, 0.0)
+        return 4 / 3 * reduced * np.sqrt(radius) * (depth**1.5 + (stiffer - 1.0) * further**1.5)
+
+    return pressed_by(rng, force)
+
+
+def deep_sphere(rng):
+    """A sphere pressed to 0.5 to 1 of its radius: Sneddon's depth and force at a contact radius, by root finding."""
+
+    def force(depth, radius, reduced, _):
+        shares = np.linspace(1e-6, 0.999, 20_000)
+        depths = radius * shares * np.arctanh(shares)
+        forces = 0.5 * reduced * radius**2 * ((shares**2 + 1.0) * np.log((1 + shares) / (1 - shares)) - 2.0 * shares)
+        return np.interp(depth, depths, forces, left=0.0)
+
+    return pressed_by(rng, force, (0.5, 1.0))
+
+
 def measured(form, rng, noise=None, correlation=0.0):
     """The curve that an instrument writes whose position counts from elsewhere, the known setup, and the truth.
 
@@ -158,3 +207,5 @@ def measured(form, rng, noise=None, correlation=0.0):
 
 
 CLASSES = {form.__name__: partial(measured, form) for form in (hertz, cone, dmt, jkr, ting)}
+UNKNOWN = {form.__name__: partial(measured, form) for form in (flat_punch, layer, two_slopes, deep_sphere)}
+"""Shapes of which the models know none but the last, at depths where they used to err."""

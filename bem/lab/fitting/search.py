@@ -1,0 +1,72 @@
+"""The search of the contact's parameters: several memories at draft accuracy, then the best at the wanted one.
+
+A force that decays over a hold looks like the beginning of a slow relaxation or the whole of a faster and smaller one,
+and a search does not cross from one to the other. It therefore begins at several retardation times and modulus ratios,
+until it has met the lowest misfit twice.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from contextlib import suppress
+
+import numpy as np
+
+from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.models.contact import NoContactError
+
+_TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
+_SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
+_TWICE = 1.002  # times the misfit, up to which two runs have met the same
+_CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
+_WORK = 2.5e10  # multiplications and additions of a search, some five seconds
+
+
+def search(problem: Regression, start: Mapping[str, float], accuracy: str | float) -> Fitted:
+    """The best of the runs from several memories, or from `start` where the memory is known, at `accuracy`.
+
+    Raises:
+        NoContactError: the solver completes no contact from any of them.
+    """
+    budget = [_WORK]
+    problem.options |= {"accuracy": "draft", "budget": budget}
+    starts = [start]
+    if {"retardation_time", "modulus_ratio"} <= set(problem.free):
+        starts = _memories(start, problem.data.duration)
+    points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
+    runs: list[Fitted] = []
+    failure = NoContactError("the solver completes no contact")
+    for x in points[:_TRIED]:
+        try:
+            runs.append(problem.run(x, _SHORT, _CLOSENESS))
+        except NoContactError as error:
+            failure = error
+            continue
+        runs.sort(key=lambda run: run.misfit)
+        if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
+            break
+    if not runs:
+        raise failure
+    best = runs[0]
+    with suppress(NoContactError):
+        for level in ("draft", accuracy):
+            problem.options["accuracy"] = level
+            best = problem.run(best.x, _LONG, _CLOSENESS)
+    problem.options["budget"] = None
+    # A run that spends the budget has no derivatives where it ends.
+    return dataclasses.replace(problem.fitted(best.x, budget[0] >= 0.0))
+
+
+def _memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:
+    """Points with several retardation times and modulus ratios.
+
+    An approach shows a stiffer solid than the relaxed one, and a retraction a larger adhesion than the work of it.
+    """
+    return [
+        {**start, "retardation_time": share * duration, "modulus_ratio": ratio,
+         "relaxed_modulus": start["relaxed_modulus"] * ratio**0.25,
+         "work_of_adhesion": start["work_of_adhesion"] * ratio**0.6}
+        for ratio in _RATIOS
+        for share in _TIMES
+    ]  # fmt: skip
