@@ -14,7 +14,7 @@ from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
 from bem.lab.fitting.regression import Fitted
 
-_SURE = 0.999
+_SURE, _SURE_OF_DEPTH = 0.999, 0.99  # that a misfit is no chance: in sum and over blocks, and of three moduli
 _BLOCKS, _DEPTHS = 8, 3  # of the depth, on either way, and from which the modulus is taken
 _SOLVED = 0.004  # of the range of the force, by which the solver's own error may move a block
 
@@ -54,7 +54,7 @@ def judge(fitted: Fitted) -> Judgement:
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The residuals change with depth by more than noise.")
     moduli, gain, count = _moduli(fitted, depth, pressed)
-    if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
+    if count and gain / count > variance * fdtri(count, data.freedoms, _SURE_OF_DEPTH):
         reasons.append("The modulus changes with depth by more than its errors.")
     return Judgement(not reasons, moduli, tuple(reasons))
 
@@ -82,9 +82,9 @@ def _moduli(fitted: Fitted, depth: FloatArray, pressed: np.ndarray) -> tuple[tup
     third = np.minimum(depth / depth[pressed].max() * _DEPTHS, _DEPTHS - 1).astype(int)
     columns = np.column_stack([by_modulus * (pressed & (third == number)) for number in range(1, _DEPTHS)])
     gain, count = _gain(fitted, columns)
-    both = np.column_stack([fitted.jacobian[: depth.size], columns])[pressed]
+    both = np.column_stack([fitted.jacobian[: depth.size], columns])
     length = np.maximum(np.linalg.norm(both, axis=0), 1e-300)
-    change = np.linalg.lstsq(both / length, fitted.residuals[: depth.size][pressed], rcond=1e-7)[0] / length
+    change = np.linalg.lstsq(both / length, fitted.residuals[: depth.size], rcond=1e-7)[0] / length
     first = change[fitted.problem.free.index("relaxed_modulus")]
     factors = np.exp(np.clip(first + np.append(0.0, change[1 - _DEPTHS :]), -3.0, 3.0))
     modulus = fitted.values["relaxed_modulus"]

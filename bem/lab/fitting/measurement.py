@@ -23,7 +23,7 @@ from bem.methods.closed_forms import jkr
 
 Segment = Literal["both", "approach", "retract"]
 
-_MOST = 700  # points that a longer segment is averaged to
+_MOST = 500  # points that a longer segment is averaged to
 _FAR = 0.5  # of the baseline, where attraction does not bend it yet
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
 _EXACT = 3e-5  # of the range of the force, below which the error of a model may be
@@ -127,7 +127,9 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     noise, correlated, freedoms = noise_of(curve.tension), 1.0, float(len(curve))
     if index >= FEWEST and quiet > 8:
         line = np.column_stack([np.ones(quiet), place[:quiet] - place[0]][: 1 + (quiet > 16)])
-        rest = np.sqrt(counts[:quiet]) * (tension[:quiet] - line @ np.linalg.lstsq(line, tension[:quiet], rcond=1e-9)[0])
+        rest = np.sqrt(counts[:quiet]) * (
+            tension[:quiet] - line @ np.linalg.lstsq(line, tension[:quiet], rcond=1e-9)[0]
+        )
         noise, freedoms = float(np.std(rest)), float(max(quiet - 2, 1))
         if quiet > 2 * _SLOWEST:
             basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]

@@ -1,7 +1,8 @@
 """Least squares of one model: SciPy moves the nonlinear parameters, the linear ones are solved for at every step.
 
 DMT and JKR are in contact over one span of the curve, wherever the undeformed sphere would overlap the sample and as
-far beyond as the residuals want; the two points on either side of each end, between which the force jumps, do not count.
+far beyond as the residuals want. The two points on either side of each end, between which the force jumps, do not
+count.
 """
 
 from __future__ import annotations

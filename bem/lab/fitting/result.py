@@ -249,7 +249,9 @@ def _warnings(best: Fitted) -> list[str]:
     if setup.half_angle is not None and depth < 2.0 * setup.radius:
         texts.append(f"the depth, {deep}, is not large beside the radius of the apex.")
     if setup.thickness is not None and setup.radius * depth > (_THICK * setup.thickness) ** 2:
-        texts.append(f"the contact is wider than the thickness, {readable(setup.thickness, 'm')}: the series ends there.")
+        texts.append(
+            f"the contact is wider than the thickness, {readable(setup.thickness, 'm')}: the series ends there."
+        )
     if name == "dmt" and tabor > 0.3:
         texts.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
     if name == "jkr" and tabor < 2.0:
