@@ -6,8 +6,8 @@ import pytest
 from bem import Elastic, StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.models import CONTACT_POINT, MODELS, Path, setup_of
-from bem.lab.segments import straight_lines
 from bem.lab.models.ting import pressed
+from bem.lab.segments import straight_lines
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 UNITS = {"Pa", "J/m^2", "m", "s", ""}

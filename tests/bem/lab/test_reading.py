@@ -63,7 +63,7 @@ def test_displacement_of_the_stage_loses_what_the_spring_takes(tmp_path):
         np.testing.assert_allclose(
             ForceCurve.read(path, stiffness=stiffness).indentation, CURVE.indentation, atol=1e-15
         )
-        with pytest.raises(ValueError, match="the spring constant .* must be given"):
+        with pytest.raises(ValueError, match=r"the spring constant .* must be given"):
             ForceCurve.read(path)
 
 
@@ -159,7 +159,7 @@ def test_volts_become_forces_by_the_sensitivity(tmp_path):
     height, volts = np.linspace(0.0, 1000.0, 50), np.linspace(2.0, 0.0, 50)
     np.savetxt(tmp_path / "a.txt", np.column_stack([height, volts, volts]), delimiter="\t")
     given = {"speed": 1e-6, "stiffness": "0.1 N/m", "force_sign": "compression"}
-    needed = "no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*Please specify"
+    needed = r"no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*Please specify"
     with pytest.raises(ValueError, match=needed):
         ForceCurve.read(tmp_path / "a.txt", **given)
     found = ForceCurve.read(tmp_path / "a.txt", sensitivity="50 nm/V", **given)
