@@ -20,6 +20,7 @@ _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _SAFE = 0.7  # of the points before contact, in which a force that noise hides does not bend the baseline
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
+_REACHED = 0.95  # of the largest force, at which an approach surely ends
 _BEGINS = 0.2  # of the range of the force, up to which a curve without baseline begins at contact
 _NONE = 1e-30  # N; stands for a baseline without noise
 STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
@@ -50,6 +51,10 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
         ValueError: the curve has no contact, or begins in it.
     """
     deepest = int(np.argmax(indentation))
+    # A sphere that creeps under a force is deepest long after its approach.
+    pressed = np.abs(measured - np.median(measured[:3]))
+    reached = int(np.argmax(pressed >= _REACHED * pressed.max()))
+    deepest = reached if 2 * FEWEST <= reached < deepest else deepest
     force = measured[: deepest + 1]
     if force.size < 2 * FEWEST:
         raise ValueError(

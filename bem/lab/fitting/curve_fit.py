@@ -85,6 +85,8 @@ def fit(
     choice = _Choice(measurement_of(curve, setup, segment), free, accuracy)
     try:
         best = choice.made() if model == AUTO else choice.fitted(model)
+        if best.model.spans and free is None and "hertz" not in choice.fits:
+            choice.fitted("hertz")
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
     result = result_of(curve, best, choice.judgements[best.model.name], choice.alike(best), list(choice.fits.values()))

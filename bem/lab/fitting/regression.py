@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import orth
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement, slow_noise, whitening
+from bem.lab.fitting.measurement import Measurement, slow_noise
 from bem.lab.models import CONTACT_POINT, Model, Parameter, setup_of
 from bem.lab.models.contact import NoContactError
 from bem.lab.setup import Setup
@@ -250,9 +249,8 @@ class Fitted:
 
     @property
     def independent(self) -> float:
-        """How many independent points the residuals are worth."""
-        white = lfilter(whitening(self.residuals[self.counted]), 1.0, self.residuals[self.counted])
-        return max(white.size / max(self.slow[0] / max(float(np.mean(white**2)), 1e-300), 1.0), 10.0)
+        """How many independent points the residuals are worth, by the correlation of the baseline."""
+        return max(float(np.count_nonzero(self.counted)) / self.problem.data.correlated, 10.0)
 
     def criterion(self, judge: Fitted) -> float:
         """Bayesian information criterion, for noise as strong and as correlated as the residuals of `judge`."""

@@ -58,7 +58,7 @@ class FitResult:
     setup: Setup
     """The setup with the fitted values."""
     noise: float
-    """Standard deviation of a measured point on the baseline, in N."""
+    """Standard deviation of the residuals that count, in N, by their median."""
     misfit: float
     """Root mean square of the residuals over the noise."""
     alike: tuple[str, ...]
@@ -171,7 +171,7 @@ def result_of(
             intervals["work_of_adhesion"] = (0.0, intervals["work_of_adhesion"][1])
     if not judgement.adequate:
         intervals = dict.fromkeys(intervals, (-np.inf, np.inf))
-    data = best.problem.data
+    data, counted = best.problem.data, best.problem.weights > 0.0
     path = Path(curve.time, prescribed_path(curve, data.setup), data.setup)
     tension = _whole_tension(best, path)
     model = ForceCurve(
@@ -196,7 +196,7 @@ def result_of(
         curve=model.with_sign(curve.force_sign),
         measured=curve,
         setup=best.setup,
-        noise=data.noise,
+        noise=float(1.4826 * np.median(np.abs((tension - curve.tension)[_counted(curve, data.time[counted])]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
         misfits={each.model.name: each.misfit for each in tried},
@@ -204,6 +204,11 @@ def result_of(
         sentences=tuple(sentences),
         simulations=sum(each.problem.evaluations for each in tried if each.model.name == "contact"),
     )
+
+
+def _counted(curve: ForceCurve, instants: FloatArray) -> np.ndarray:
+    """Points of a curve between the first and the last of the instants that count."""
+    return (curve.time >= instants[0]) & (curve.time <= instants[-1])
 
 
 def _whole_tension(best: Fitted, path: Path) -> FloatArray:
