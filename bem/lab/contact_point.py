@@ -20,6 +20,7 @@ _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _SAFE = 0.7  # of the points before contact, in which a force that noise hides does not bend the baseline
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
+_RISES = 0.5  # of the range of the force, from which a line through the first part is no baseline
 _REACHED = 0.95  # of the largest force, at which an approach surely ends
 _BEGINS = 0.2  # of the range of the force, up to which a curve without baseline begins at contact
 _NONE = 1e-30  # N; stands for a baseline without noise
@@ -61,6 +62,10 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
             f"a force curve must have at least {2 * FEWEST} points up to its deepest one; received {force.size}"
         )
     first = max(FEWEST, int(_FIRST_PART * force.size))
+    line = np.polynomial.Polynomial.fit(np.arange(first), force[:first], 1)
+    rise, noise = float(line(first) - line(0)), float(np.std(force[:first] - line(np.arange(first))))
+    if abs(rise) * force.size / first > _RISES * float(np.ptp(force)) and abs(rise) > STANDS_OUT * noise:
+        return _from_contact_on(indentation, force)
     # The attraction before contact, and a longer baseline than the first part, change the line a little.
     for _ in range(3):
         away, noise, unsure = _off_line(force, first)
@@ -80,18 +85,27 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
     halves = away[: index // 2], away[index // 2 : index]
     drift = float(np.median(halves[1]) - np.median(halves[0])) if index >= FEWEST else 0.0
     if index < FEWEST:
-        if abs(begin := float(np.median(force[:3]))) > _BEGINS * float(np.ptp(force)):
-            raise ValueError(
-                f"a force curve must begin before contact or at it; received one that begins with {begin:.3g} N, of "
-                f"{np.ptp(force):.3g} N at most"
-            )
-        return Contact(float(indentation[0]), 0.0, noise_of(force), 0)
+        return _from_contact_on(indentation, force)
     if abs(drift) > _DRIFT * largest:
         raise ValueError(
             f"the force before contact must be level or drift less than a tenth of the largest; received one that "
             f"changes by {drift:.3g} N, of {largest:.3g} N"
         )
     return Contact(float(indentation[index]), offset, noise, index)
+
+
+def _from_contact_on(indentation: FloatArray, force: FloatArray) -> Contact:
+    """The contact of a curve without baseline, which begins at contact.
+
+    Raises:
+        ValueError: it begins in contact.
+    """
+    if abs(begin := float(np.median(force[:3]))) > _BEGINS * float(np.ptp(force)):
+        raise ValueError(
+            f"a force curve must begin before contact or at it; received one that begins with {begin:.3g} N, of "
+            f"{np.ptp(force):.3g} N at most"
+        )
+    return Contact(float(indentation[0]), 0.0, noise_of(force), 0)
 
 
 def noise_of(values: FloatArray) -> float:

@@ -19,6 +19,7 @@ _CLOSENESS = 1e-3  # of the range of the path, by which straight lines may miss 
 _FEWEST = 4  # samples between two corners, from which a line through them is better than one through the corners
 _MOST_KNOTS = 400
 _PLATEAU, _LOUD = 0.01, 4.0  # of the range, and times the noise, within which a path or a force is held
+_LONGER = 1.2  # times the hold of the path, from which it is the force that was held
 _TURNS, _BEYOND = 0.2, 10.0  # of the depth, and times the noise of the path, by which an instrument turns
 _PAUSE = 0.03  # of the duration, from which a path that stands still pauses
 
@@ -62,7 +63,7 @@ def segments_of(time: FloatArray, place: FloatArray, compression: FloatArray, fi
     _require_one_cycle(time, place, first)
     by_place, by_force = _plateau(place), _plateau(compression)
     lengths = [time[end] - time[begin] for begin, end in (by_place, by_force)]
-    in_force = lengths[1] > 2.0 * lengths[0] and by_force[1] - by_force[0] >= 5
+    in_force = lengths[1] > _LONGER * lengths[0] and by_force[1] - by_force[0] >= 5
     top, leaves = by_force if in_force else by_place
     held = time[leaves] - time[top] > _PAUSE * (time[-1] - time[0]) and leaves - top >= 5
     pauses = [(begin, end) for begin, end in _still(time, place) if end < time[top] or begin > time[leaves]]

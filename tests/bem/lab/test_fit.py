@@ -394,7 +394,7 @@ def held(by, baseline, hold=30.0):
             step = dense[n] - dense[n - 1]
             memory[n] = memory[n - 1] * np.exp(-step / retardation)
             memory[n] += np.exp(-0.5 * step / retardation) * (press[n] - press[n - 1])
-        depths = np.linspace(0.0, radius**0.5 * 1.5e-3, 20_001) ** 2
+        depths = np.linspace(0.0, np.sqrt(0.3 * radius), 20_001) ** 2
         depth = np.interp((press - 0.5 * memory) / (modulus / 0.75), sphere(depths, radius), depths)
     depth, press = np.interp(time, dense, depth), np.interp(time, dense, press)
     if baseline:
