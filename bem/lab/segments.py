@@ -61,9 +61,10 @@ def segments_of(time: FloatArray, place: FloatArray, compression: FloatArray, fi
         ValueError: the curve has several cycles; the sentence names the instants between them.
     """
     _require_one_cycle(time, place, first)
-    by_place, by_force = _plateau(place), _plateau(compression)
+    by_place, by_force = _plateau(place), tuple(first + n for n in _plateau(compression[first:]))
     lengths = [time[end] - time[begin] for begin, end in (by_place, by_force)]
-    in_force = lengths[1] > _LONGER * lengths[0] and by_force[1] - by_force[0] >= 5
+    pressed = float(compression.max() - np.median(compression[: max(first, 1)])) > 0.3 * float(np.ptp(compression))
+    in_force = pressed and lengths[1] > _LONGER * lengths[0] and by_force[1] - by_force[0] >= 5
     top, leaves = by_force if in_force else by_place
     held = time[leaves] - time[top] > _PAUSE * (time[-1] - time[0]) and leaves - top >= 5
     pauses = [(begin, end) for begin, end in _still(time, place) if end < time[top] or begin > time[leaves]]

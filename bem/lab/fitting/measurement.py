@@ -57,6 +57,11 @@ class Measurement(Path):
     """Of the force, into and out of contact."""
 
     @property
+    def exact(self) -> float:
+        """Error of a model that counts as none, in units of the noise: below it, no model is better than another."""
+        return _EXACT * float(np.ptp(self.tension)) / self.noise
+
+    @property
     def depth(self) -> FloatArray:
         """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
         indentation = self.place + (self.tension - self.baseline) * self.compliance

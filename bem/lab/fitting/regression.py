@@ -256,7 +256,7 @@ class Fitted:
         """Bayesian information criterion, for noise as strong and as correlated as the residuals of `judge`."""
         freedoms = len(self.names) + 4 * self.model.spans  # both ends of the contact are chosen, of many places
         count = judge.independent
-        return float(count * np.log(self.misfit**2 + 1e-9) + freedoms * np.log(count))
+        return float(count * np.log(self.misfit**2 + self.problem.data.exact**2) + freedoms * np.log(count))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
         """95 % intervals of the parameters by the linearised problem, and their correlations.

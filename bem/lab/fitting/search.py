@@ -7,7 +7,6 @@ until it has met the lowest misfit twice.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from contextlib import suppress
 
@@ -48,14 +47,14 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
             break
     if not runs:
         raise failure
-    best = runs[0]
+    best, reached = runs[0], "draft"
     with suppress(NoContactError):
-        for level in ("draft", accuracy):
-            problem.options["accuracy"] = level
-            best = problem.run(best.x, _LONG, _CLOSENESS)
-    problem.options["budget"] = None
+        best = problem.run(best.x, _LONG, _CLOSENESS)
+        problem.options["accuracy"] = accuracy
+        best, reached = problem.run(best.x, _LONG, _CLOSENESS), accuracy
+    problem.options |= {"accuracy": reached, "budget": None}
     # A run that spends the budget has no derivatives where it ends.
-    return dataclasses.replace(problem.fitted(best.x, budget[0] >= 0.0))
+    return problem.fitted(best.x, budget[0] >= 0.0)
 
 
 def _memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:
