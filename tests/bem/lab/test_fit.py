@@ -289,7 +289,7 @@ def test_a_fit_knows_the_cantilever():
 def hertzian(noise, unit, length=1.0, radius=5e-6):
     """A bead of 5 um on 10 kPa, measured in units of a newton and of a metre."""
     depth = 1e-6 * loop(200)
-    force = -4.0 / 3.0 * 1e4 / 0.75 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
+    force = -1e4 / 0.75 * sphere(depth, 5e-6)
     force = force + noise * np.random.default_rng(0).standard_normal(400)
     curve = over_time(depth / length, force / unit, 2.0)
     return fit(curve, guess_setup(curve, radius=radius))
