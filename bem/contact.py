@@ -18,11 +18,12 @@ from bem.methods.boundary_elements.discrete_problem import device_of, problem_of
 from bem.methods.boundary_elements.equilibrium import Factor
 from bem.methods.boundary_elements.memory import Memory
 from bem.methods.boundary_elements.time_stepping import Progress, before_start, followed
-from bem.methods.records import COMPLETED, MOST_WORK, NOT_FINITE, STEPS, new_records, new_work
+from bem.methods.outcomes import COMPLETED, NOT_FINITE
+from bem.methods.records import MOST_WORK, STEPS, new_records, new_work
 from bem.problem.accuracy import resolve_accuracy
 from bem.problem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProtocol, default_start_indentation
 from bem.problem.scene import Scene
-from bem.simulation import REASONS, load_kernels
+from bem.simulation import load_kernels
 
 
 class _Step(NamedTuple):
@@ -116,7 +117,9 @@ class Contact:
         progress, _, _ = followed(problem, *begin, uncompiled(new_work)(MOST_WORK))
         self._now = _Moment(0.0, self._start, progress, 0)
         if progress.outcome != COMPLETED:
-            raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
+            raise ValueError(
+                f"{self._scene} must have an equilibrium at its start; {progress.outcome.status(MOST_WORK)}"
+            )
         for step in self._steps:
             self._now = self._after(step)
 
@@ -183,7 +186,7 @@ class Contact:
             return math.nan
         finally:  # an error or Ctrl-C leaves the state as it was, too
             self._room, self._problems, self._now = before
-        self.status = REASONS[outcome].format(MOST_WORK)
+        self.status = outcome.status(MOST_WORK)
         if outcome != COMPLETED:
             return math.nan
         return self.force if name == "indentation" else self.indentation

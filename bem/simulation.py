@@ -17,18 +17,14 @@ from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation, least_force, problem_of
 from bem.methods.boundary_elements.time_stepping import march
 from bem.methods.elastic_curve.trajectory import march_elastic
-from bem.methods.physical_bounds import most_tension, within_bounds
-from bem.methods.records import (
+from bem.methods.outcomes import (
     COMPLETED,
     DETACHED,
+)
+from bem.methods.physical_bounds import most_tension, within_bounds
+from bem.methods.records import (
     MOST_OF_A_DRAFT,
     MOST_WORK,
-    NO_EQUILIBRIUM,
-    NOT_BALANCED,
-    NOT_FINITE,
-    OUT_OF_WORK,
-    TOO_MUCH_TENSION,
-    UNPHYSICAL,
     MarchResult,
     columns_of,
     profiles_of,
@@ -59,18 +55,6 @@ _MOST_REFINEMENTS = 3  # each halves the target error
 _FINENESS = 1, 4  # of the steps of a sharp crack
 _FLAT, _LONG_RANGED = 4.0, 1.5  # exponent of the profile above, and Tabor parameter below which steep laws end at a rim
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations")
-REASONS = {
-    COMPLETED: "completed",
-    NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
-    OUT_OF_WORK: "stopped at the budget of {:g} multiply-adds; try a looser accuracy, a shorter protocol or a larger "
-    "most_work",
-    UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
-    DETACHED: "detached: no contact bears the prescribed force",
-    NOT_FINITE: "a number of the history is not finite; try a tighter accuracy",
-    TOO_MUCH_TENSION: "tension beyond what the adhesion allows; try a tighter accuracy",
-    NOT_BALANCED: "work beyond what the contact stores and loses; try a tighter accuracy",
-}
-_RETRIED = (NO_EQUILIBRIUM, UNPHYSICAL, NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED)  # by time steps, on finer meshes
 
 
 def simulate(
@@ -130,7 +114,7 @@ def simulate(
         started = time.perf_counter()
         result, method = follow_hard_contact(scene, path, target, glassy, budget)
         result = _checked(result, scene, path, target.target)
-        if result.outcome not in _RETRIED:
+        if not result.outcome.needs_a_finer_mesh:
             return _trajectory(scene, path, target.target, result, budget, method, time.perf_counter() - started)
     instants = np.empty(0)
     if isinstance(profiles, Integral):
@@ -180,7 +164,7 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     except MemoryError as error:
         return _not_started(str(error), target.target, 0)
     result = _checked(result, scene, path, target.target)
-    if result.outcome in _RETRIED:
+    if result.outcome.needs_a_finer_mesh:
         return None
     return _trajectory(scene, path, target.target, result, budget, "elastic branch", time.perf_counter() - started)
 
@@ -261,9 +245,9 @@ def _followed(
         spent += work_by_name(result.work)["multiply_adds"]
         aim, attempts = tightened, refinement + 1
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
-        if result.outcome not in _RETRIED:
+        if not result.outcome.needs_a_finer_mesh:
             break
-    failed = attempts - (result.outcome not in _RETRIED)
+    failed = attempts - (not result.outcome.needs_a_finer_mesh)
     trajectory = _trajectory(scene, path, aim, result, budget, "boundary elements", seconds)
     if instants.size:
         trajectory = replace(trajectory, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
@@ -336,7 +320,7 @@ def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "st
     problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
     result = march(problem, *prescribed(path), np.empty(0), False, MOST_WORK)
     if result.outcome not in (COMPLETED, DETACHED):
-        raise RuntimeError(REASONS[result.outcome].format(MOST_WORK))
+        raise RuntimeError(result.outcome.status(MOST_WORK))
     return work_by_name(result.work)["unstable"]
 
 
@@ -361,7 +345,7 @@ def _trajectory(
         multiply_adds=work["multiply_adds"],
         seconds=seconds,
     )
-    status = REASONS[result.outcome].format(budget)
+    status = result.outcome.status(budget)
     if not len(records):
         return _not_started(status.removeprefix("detached: "), target, terms)
     if result.outcome != COMPLETED:

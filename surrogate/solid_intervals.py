@@ -10,6 +10,7 @@ Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive 
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -62,9 +63,9 @@ class SolidIntervals:
     def half_widths(self, features: np.ndarray, terms: np.ndarray, coverage: float) -> np.ndarray:
         """Half-widths of the targets (batch, targets) that are to contain a share `coverage` of true values."""
         sizes, groups, kinds = self._judged(features, terms)
-        table = np.array(
-            [[[np.interp(coverage, LEVELS, levels) for levels in row] for row in kind] for kind in self.quantiles]
-        )
+        right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
+        share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
+        table = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
         return sizes * table[kinds[:, np.newaxis], np.arange(sizes.shape[1]), groups]
 
     def groups(self, features: np.ndarray) -> np.ndarray:

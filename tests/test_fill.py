@@ -49,11 +49,12 @@ def test_documents_are_up_to_date(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     fill.main(check=True)
     copy = tmp_path / "README.md"
-    stale = (ROOT / copy.name).read_text(encoding="utf-8").replace(HOURS, f"{HOURS}9")
+    stale = (ROOT / copy.name).read_text(encoding="utf-8").replace("best of 18 models", "best model")
     copy.write_text(stale, encoding="utf-8")
     with pytest.raises(typer.Exit) as end:
         fill.main([copy], check=True)
     assert (end.value.exit_code, copy.read_text(encoding="utf-8")) == (1, stale)
-    assert capsys.readouterr().err == f"fill: {copy} is out of date; run `python tools/fill.py {copy}`\n"
+    *_, last = capsys.readouterr().err.splitlines(keepends=True)  # the first call may say that kernels are compiled
+    assert last == f"fill: {copy} is out of date; run `python tools/fill.py {copy}`\n"
     fill.main([copy])
     assert copy.read_text(encoding="utf-8") == (ROOT / copy.name).read_text(encoding="utf-8")

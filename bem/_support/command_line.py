@@ -35,8 +35,9 @@ class Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Choose the command by its name, and remember its options."""
         name, command, rest = super().resolve_command(ctx, args)
-        options = {parameter.name: parameter.opts[0] for parameter in command.params if parameter.opts}
-        _option_of.update({name: typed for name, typed in options.items() if typed.startswith("--")})
+        options = {parameter.name: parameter.opts[0] for parameter in command.params}
+        _option_of.clear()
+        _option_of.update({name: typed for name, typed in options.items() if typed == f"--{name.replace('_', '-')}"})
         return name, command, rest
 
 
@@ -94,6 +95,7 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
         program: How the command is called, for its help; found out by default.
         failures: Whether failures end in one sentence too, as `one_sentence` says.
     """
+    _option_of.clear()
     try:
         with one_sentence(name, failures=failures):
             status = app(standalone_mode=False, prog_name=program)
@@ -137,10 +139,10 @@ def sentence(error: Exception) -> str:
     """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
-    text = str(error)
-    for name, typed in _option_of.items():
-        where = rf"\b{name}\b" if "_" in name else rf"^{name}(?= must )"
-        text = re.sub(where, typed, text)
+    quantities, must, rest = str(error).partition(" must ")
+    if must and re.fullmatch(r"\w+((, | and )\w+)*", quantities):
+        quantities = re.sub(r"\w+", lambda name: _option_of.get(name[0], name[0]), quantities)
+    text = quantities + must + rest
     return shortened(text, LONGEST)
 
 

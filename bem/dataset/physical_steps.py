@@ -84,12 +84,8 @@ def physical_grid(
     counts = checked_counts(counts)
     if counts[2] < 8:
         raise ValueError(f"counts must ask for at least 8 unloading points; received {counts[2]}")
-    if start_indentation is None:
-        start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     quantities = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation, modulus_ratio)
-    protocols = np.empty((len(quantities), max(map(np.size, quantities))))
-    for row, values in enumerate(quantities):
-        protocols[row] = values
+    protocols = protocol_rows(quantities)
     if not (sound := (protocols[6] > 0.0) & (protocols[6] <= 1.0)).all():
         StandardLinearSolid(float(protocols[6, sound.argmin()]))  # says what is allowed
     if not (sound := (protocols[1] > 0.0) & (protocols[5] < 0.0)).all():
@@ -101,6 +97,16 @@ def physical_grid(
     times, indentations, *_ = on_steps(protocols, np.array(counts), _PLACE)
     require_steps(times, counts[1], protocols[3], protocols[:5].T, "the quantities")
     return times, indentations
+
+
+def protocol_rows(quantities: Sequence[ArrayLike | None]) -> FloatArray:
+    """Quantities of B protocols, each of shape (B,) or scalar, as rows (7, B).
+
+    They are the five of a protocol, the start, by default (`None`) -pi^(2/3) mu, and another.
+    """
+    start = default_start_indentation(np.asarray(quantities[0], dtype=np.float64))
+    filled = [start if values is None else values for values in quantities]
+    return np.array(np.broadcast_arrays(*np.atleast_1d(*filled)), dtype=np.float64)
 
 
 @kernel

@@ -16,8 +16,7 @@ from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.dataset.lee_radok import held_to_unloading, relaxation_spectra, to_crossing
 from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_steps
-from bem.dataset.physical_steps import BEFORE_CROSSING, spread_evenly
-from bem.problem.protocol import default_start_indentation
+from bem.dataset.physical_steps import BEFORE_CROSSING, protocol_rows, spread_evenly
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
 _RANGES = np.array([-1.2, -0.4, -0.12, 0.0, 0.12, 0.4])  # bounds of ranges after it, less the log s of the pull-off
@@ -57,12 +56,8 @@ def pull_off_grid(
     counts = checked_counts(counts)
     if counts[2] < 16:
         raise ValueError(f"counts must ask for at least 16 unloading points; received {counts[2]}")
-    if start_indentation is None:
-        start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     quantities = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation, pull_off_time)
-    protocols = np.empty((len(quantities), max(map(np.size, quantities))))
-    for row, values in enumerate(quantities):
-        protocols[row] = values
+    protocols = protocol_rows(quantities)
     spectra = relaxation_spectra(*(np.asarray(terms, dtype=np.float64) for terms in (strengths, retardation_times)))
     times, indentations = around_pull_off(protocols, *spectra, np.array(counts))
     certain = np.isfinite(protocols[6])

@@ -30,12 +30,10 @@ from bem.methods.boundary_elements.equilibrium import residual_of
 from bem.methods.boundary_elements.jumps import jacobian, settle, smallest_eigenvalue
 from bem.methods.boundary_elements.meshes.cohesive_zone import contact_edge, largest_contact_radius
 from bem.methods.boundary_elements.meshes.mesh import Mesh, fixed_mesh, uniform_mesh
+from bem.methods.outcomes import COMPLETED, NO_EQUILIBRIUM, PAUSED, Outcome
 from bem.methods.records import (
-    COMPLETED,
     MOST_WORK,
     MULTIPLY_ADDS,
-    NO_EQUILIBRIUM,
-    PAUSED,
     REJECTIONS,
     STEPS,
     Records,
@@ -154,7 +152,7 @@ class _Course(NamedTuple):
     segment: int  # -1 before the start
     now: float  # in the segment
     step: float
-    outcome: int
+    outcome: Outcome
 
 
 @kernel

@@ -20,7 +20,8 @@ import numpy as np
 from bem._support.jit import uncompiled
 from bem._support.validation import FloatArray
 from bem.methods.closed_forms import dmt, jkr
-from bem.methods.records import COMPLETED, DETACHED, NOT_BALANCED, NOT_FINITE, TOO_MUCH_TENSION, UNPHYSICAL, MarchResult
+from bem.methods.outcomes import COMPLETED, DETACHED, NOT_BALANCED, NOT_FINITE, TOO_MUCH_TENSION, UNPHYSICAL
+from bem.methods.records import MarchResult
 from bem.problem.indenter import PARABOLOID
 from bem.problem.scene import Scene
 from bem.problem.tractions import GAP_AT_PEAK, HardContact, LennardJones, TractionLaw, traction

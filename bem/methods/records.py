@@ -18,6 +18,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem.methods.boundary_elements.state import State
+from bem.methods.outcomes import Outcome
 from bem.results.profiles import Profiles
 from bem.results.trajectory import Jump
 
@@ -46,8 +47,6 @@ MOST_WORK, MOST_OF_A_DRAFT = 3e11, 3e10
 """Budgets of one simulation, in multiply-adds: about a minute, and a few seconds, of one core."""
 SLICE = 200_000_000
 """Multiply-adds between two such pauses, some 50 ms."""
-COMPLETED, NO_EQUILIBRIUM, OUT_OF_WORK, UNPHYSICAL, DETACHED, PAUSED = 0, 1, 2, 3, 4, 5
-NOT_FINITE, TOO_MUCH_TENSION, NOT_BALANCED = 6, 7, 8
 _UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
 
 
@@ -68,7 +67,7 @@ class MarchResult(NamedTuple):
     work: np.ndarray  # one of each of `COUNTS`
     segment_steps: np.ndarray  # (s - 1,) int64: steps of each segment
     energies: np.ndarray  # (2,): stored at the beginning and at the end, of an elastic contact
-    outcome: int  # COMPLETED, or one of the other numbers from NO_EQUILIBRIUM to NOT_BALANCED
+    outcome: Outcome
     profiles: np.ndarray = np.empty(0, PROFILE)  # (p,), one profile after the other
 
 

@@ -87,9 +87,9 @@ def decided(claim: dict[str, Any], errors: dict[str, np.ndarray], spread: dict[s
     least = {label: min(mse[name] for name in group) for label, group in contenders.items()}
     ends = [spread[name]["test_mse"] for name in names if name in spread]
     apart = float(max((end["max"] / end["min"] for end in ends), default=np.inf)) ** 2
-    indices = rankings.resampled(errors[names[0]].shape[1], rankings.RESAMPLES)
 
     def drawn(label: str) -> list[np.ndarray]:
+        indices = rankings.resampled(errors[names[0]].shape[1], rankings.RESAMPLES)  # the same for every label
         return [
             rankings.hierarchical(rankings.replicates(errors[name], indices, "test_mse"), name)
             for name in contenders[label]

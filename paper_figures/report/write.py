@@ -164,7 +164,11 @@ def readme_table() -> str:
     """The first page's table for the README, with the commands that show its numbers; read from REPRODUCTION.md."""
     lines = (HERE.parents[1] / OUT).read_text(encoding="utf-8").partition(FIRST_PAGE)[0].splitlines()
     rows = {name: cells for name, *cells in (line.strip("| ").split(" | ") for line in lines) if cells}
-    shown = [[claim["says"], *rows[claim["says"]][:3], f"`{claim['command']}`"] for claim in page_claims()]
+    shown = [
+        [claim["says"], *rows[claim["says"]][:3], f"`{claim['command']}`"]
+        for claim in page_claims()
+        if claim.get("readme", True)
+    ]
     return markdown_table(["claim", "paper", "here", "verdict", "command"], shown)
 
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 _AT_ONCE = 5_000  # rows whose products are in memory at a time
 _RIDGE = 1e-4
+
+
+@cache
+def pairs(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Both factors of all products of two of `count` features, in the order of `numpy.triu_indices`."""
+    first, second = np.triu_indices(count)
+    return first, second
 
 
 @dataclass(frozen=True)
@@ -60,5 +68,5 @@ class Polynomial:
 
     def _terms(self, features: np.ndarray) -> np.ndarray:
         z = (features - self.mean) / self.deviation
-        first, second = np.triu_indices(z.shape[1])
+        first, second = pairs(z.shape[1])
         return np.column_stack([np.ones(len(z)), z, z[:, first] * z[:, second]])

@@ -6,6 +6,7 @@ import pytest
 
 from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method, simulation
 from bem.methods.closed_forms import jkr
+from bem.methods.outcomes import NO_EQUILIBRIUM
 from bem.problem.materials import Elastic, StandardLinearSolid
 from bem.problem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from tests.validation.cases import completed
@@ -132,7 +133,7 @@ def test_accuracy_is_that_of_the_last_mesh(monkeypatch):
     march, problem_of, accuracies = module.march, module.problem_of, []
 
     def lost(*arguments):
-        return march(*arguments)._replace(outcome=module.NO_EQUILIBRIUM)
+        return march(*arguments)._replace(outcome=NO_EQUILIBRIUM)
 
     def with_little_memory(scene, path, accuracy, *settings, **options):
         accuracies.append(accuracy)
@@ -183,7 +184,7 @@ def test_a_tightened_accuracy_is_said():
         times = [0.0, *np.cumsum(10.0 ** random.uniform(-3.0, 1.0, 3))]
         depths = tabor * np.array([-2.1, random.uniform(0.0, 4.0), random.uniform(0.0, 2.0), -3.5])
         scene = Scene(tabor, StandardLinearSolid(ratio), adhesion=ConstantStress())
-        trajectory = simulate(scene, PiecewiseLinearProtocol(times, depths), 0.05)
+        trajectory = by_elements(scene, PiecewiseLinearProtocol(times, depths), 0.05)
         stats = trajectory.stats
         message = (
             f"completed (accuracy tightened from 0.05 to {trajectory.accuracy:g} after {stats.failed_attempts} failed"

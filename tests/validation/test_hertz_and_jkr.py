@@ -152,7 +152,8 @@ def test_branch_and_steps_match_own_mesh(exponent, material):
 def test_shape_that_is_a_paraboloid_is_one(scene):
     nearly = Scene(scene.tabor, scene.material, scene.adhesion, scene.spring, PowerLaw(2.0 + 1e-9))
     path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-2.0 * scene.tabor, 4.0, -2.0 * scene.tabor])
-    exact, trajectory = completed(scene, path, "draft"), completed(nearly, path, "draft")
+    # With profiles boundary elements answer both, also at a large Tabor parameter.
+    exact, trajectory = (completed(shape, path, "draft", profiles=[2.0]) for shape in (scene, nearly))
     for name in ("pull_off_force", "max_compression", "hysteresis"):
         assert getattr(trajectory, name) == pytest.approx(getattr(exact, name), rel=2e-3, abs=1e-6), name
     assert Scene(scene.tabor, indenter=PowerLaw(2)) == Scene(scene.tabor)

@@ -35,16 +35,11 @@ from bem.methods.boundary_elements.meshes.mesh import condense, no_mesh
 from bem.methods.boundary_elements.meshes.regrid import Remembered, carried
 from bem.methods.boundary_elements.state import State, edge_left_window, energy_of
 from bem.methods.boundary_elements.trial_step import try_step
+from bem.methods.outcomes import COMPLETED, DETACHED, NO_EQUILIBRIUM, OUT_OF_WORK, PAUSED, UNPHYSICAL, Outcome
 from bem.methods.records import (
-    COMPLETED,
-    DETACHED,
-    NO_EQUILIBRIUM,
     NODES,
-    OUT_OF_WORK,
-    PAUSED,
     REJECTIONS,
     STEPS,
-    UNPHYSICAL,
     UNSTABLE,
     MarchResult,
     Records,
@@ -84,7 +79,7 @@ class Progress(NamedTuple):
     factor: Factor  # kept from the last step
     records: Records
     mesh_chosen: int  # the step at which nodes were chosen last
-    outcome: int  # COMPLETED so far, or why it ended; PAUSED within a segment
+    outcome: Outcome  # COMPLETED so far, or why it ended; PAUSED within a segment
     segment: int  # the next; -1 before the start
     stepping: Stepping  # in this one, where it is PAUSED
 

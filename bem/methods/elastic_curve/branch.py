@@ -40,12 +40,10 @@ from bem.methods.elastic_curve.scaled_meshes import (
     smallest_scale,
     weight_of_last,
 )
+from bem.methods.outcomes import COMPLETED, NO_EQUILIBRIUM, PAUSED, Outcome
 from bem.methods.records import (
-    COMPLETED,
     COUNTS,
     MOST,
-    NO_EQUILIBRIUM,
-    PAUSED,
     REJECTIONS,
     count_factorisation,
     count_iteration,
@@ -127,7 +125,7 @@ class Growth(NamedTuple):
     level: int  # of the mesh
     scale: float
     pace: float  # of the steps
-    outcome: int  # COMPLETED, NO_EQUILIBRIUM, or PAUSED where it goes on
+    outcome: Outcome  # COMPLETED, NO_EQUILIBRIUM, or PAUSED where it goes on
 
 
 @kernel

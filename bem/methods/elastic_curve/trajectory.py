@@ -14,13 +14,10 @@ import numpy as np
 from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.discrete_problem import LoadingDevice, Path, deepest_indentation, device_of
 from bem.methods.elastic_curve.branch import branch_of
+from bem.methods.outcomes import COMPLETED, DETACHED, NO_EQUILIBRIUM, OUT_OF_WORK
 from bem.methods.records import (
-    COMPLETED,
-    DETACHED,
     JUMP,
-    NO_EQUILIBRIUM,
     NODES,
-    OUT_OF_WORK,
     RECORD,
     STEPS,
     MarchResult,

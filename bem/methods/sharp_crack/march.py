@@ -12,13 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
+from bem.methods.outcomes import COMPLETED, DETACHED, OUT_OF_WORK, Outcome
 from bem.methods.records import (
-    COMPLETED,
-    DETACHED,
     ITERATIONS,
     MULTIPLY_ADDS,
     NODES,
-    OUT_OF_WORK,
     REJECTIONS,
     STEPS,
     Records,
@@ -57,7 +55,7 @@ class Progress(NamedTuple):
     rate: float  # of the depth in the last step
     largest: float  # force of a contact
     zone: float  # length of the process zone over the radius at that force
-    outcome: int
+    outcome: Outcome
 
 
 @kernel

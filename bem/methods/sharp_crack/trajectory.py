@@ -11,16 +11,9 @@ import numpy as np
 from bem._support.jit import kernel, uncompiled
 from bem._support.validation import FloatArray
 from bem.methods.boundary_elements.discrete_problem import deepest_indentation, least_force
+from bem.methods.outcomes import COMPLETED, DETACHED
 from bem.methods.physical_bounds import within_bounds
-from bem.methods.records import (
-    COMPLETED,
-    DETACHED,
-    MOST_WORK,
-    MarchResult,
-    new_records,
-    new_work,
-    next_slice,
-)
+from bem.methods.records import MOST_WORK, MarchResult, new_records, new_work, next_slice
 from bem.methods.sharp_crack.edge import Contact, State, new_state
 from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface

@@ -13,14 +13,11 @@ import numpy as np
 from bem._support.jit import kernel, uncompiled
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation
 from bem.methods.closed_forms.hertz import contact_radius_from_indentation, load_factor
+from bem.methods.outcomes import COMPLETED, DETACHED, OUT_OF_WORK, PAUSED, Outcome
 from bem.methods.records import (
-    COMPLETED,
-    DETACHED,
     JUMP,
     MULTIPLY_ADDS,
     NODES,
-    OUT_OF_WORK,
-    PAUSED,
     PROFILE,
     RECORD,
     REJECTIONS,
@@ -84,7 +81,7 @@ class Course(NamedTuple):
     force_scale: float  # largest so far
     records: Records
     segment: int  # the next
-    outcome: int  # PAUSED where it goes on
+    outcome: Outcome  # PAUSED where it goes on
 
 
 class Rules(NamedTuple):

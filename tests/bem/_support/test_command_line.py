@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import bem.cli.app
 import surrogate.cli.app
+from bem._support import command_line
 from bem._support.command_line import run_main, sentence
 from tests.processes import ROOT, python
 
@@ -113,3 +114,14 @@ def test_both_programs_tell_their_version(name, app):
     result = CliRunner().invoke(app, ["--version"])
     assert (result.exit_code, result.output) == (0, f"{name} {project['version']}\n")
     assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output
+
+
+def test_options_are_named_as_typed(monkeypatch):
+    names = {"times": "--times", "peak_indentation": "--peak-indentation", "number": "--number"}
+    monkeypatch.setattr(command_line, "_option_of", names)
+    for text, typed in {
+        "times and peak_indentation must be given": "--times and --peak-indentation must be given",
+        "the number of a curve must be given": "the number of a curve must be given",
+        "tabor must be above 0, times too": "tabor must be above 0, times too",
+    }.items():
+        assert sentence(ValueError(text)) == typed

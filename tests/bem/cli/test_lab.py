@@ -97,7 +97,10 @@ OPTIONS = {
         ("simulate", {"unloading_rate": "-1e-6"}, "(in 86.67 nm and 100 ms)"),
         ("simulate", {"plot": "a.doc"}, "Expected an output file called .png"),
         ("simulate", {"force_sign": "up"}, "--force-sign must be 'tension' or 'compression'"),
-        ("simulate", {"largest_tabor": "50", "accuracy": "2e-5"}, "the simulation did not complete: not started"),
+        (
+            *("simulate", dict.fromkeys(CYCLE) | {"times": "0,1", "forces": "1,1"}),
+            "the simulation did not complete: not started: no contact bears the prescribed force",
+        ),
         ("simulate", {"csv": "-"}, "which cannot be standard output; received -"),
         ("campaign", {}, "Expected an output file called .h5 or .hdf5; received -"),
         ("merge a.h5", {}, "Expected an output file called .h5 or .hdf5; received -"),

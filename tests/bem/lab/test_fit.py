@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from bem import PronySeries
+from bem import PronySeries, simulation
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup, search
 from bem.lab.fitting.measurement import prescribed_path
@@ -253,6 +253,7 @@ def test_a_search_that_spends_its_budget_says_so(curve, monkeypatch):
 def test_a_fit_the_solver_cannot_follow_is_an_error(curve, monkeypatch):
     for limit in ("LARGEST_GRID", "LARGEST_LATTICE", "LARGEST_REMEMBERED"):
         monkeypatch.setattr(master_grid, limit, 10)
+    monkeypatch.setattr(simulation, "is_sharp", lambda _: False)
     with pytest.raises(FitError, match="the fit did not converge"):
         fit(curve, BEAD.replaced(largest_tabor=50.0), ("work_of_adhesion",))
 

@@ -74,7 +74,7 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
     with pytest.raises(ValueError, match="spring"):
         setup.replaced(stiffness=2.0).predict(protocol, model)
     np.testing.assert_array_equal(setup.predict(protocol, model="fast").force, curve.force)
-    for wrong, said in (("none", "Unknown model name"), (5.0, "the name of one; received 5.0")):
+    for wrong, said in (("none", "name must be"), (5.0, "the name of one; received 5.0")):
         with pytest.raises(ValueError, match=said):
             setup.predict(protocol, model=wrong)
 

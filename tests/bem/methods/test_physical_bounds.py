@@ -5,18 +5,9 @@ import pytest
 
 import bem
 from bem import simulation
+from bem.methods.outcomes import COMPLETED, NOT_BALANCED, NOT_FINITE, TOO_MUCH_TENSION, UNPHYSICAL
 from bem.methods.physical_bounds import most_tension, rigid_tension, within_bounds
-from bem.methods.records import (
-    COMPLETED,
-    JUMP,
-    NOT_BALANCED,
-    NOT_FINITE,
-    RECORD,
-    TOO_MUCH_TENSION,
-    UNPHYSICAL,
-    MarchResult,
-    new_work,
-)
+from bem.methods.records import JUMP, RECORD, MarchResult, new_work
 from bem.problem.indenter import tension_without_deformation
 
 LAWS = [bem.LennardJones(), bem.Exponential(), bem.ConstantStress(), bem.ConstantStress(0.05), bem.ConstantStress(1.0)]

@@ -58,7 +58,7 @@ def test_rigid_attraction_sums_the_surface(exponent, gap):
 
 def test_shape_is_written_only_if_given():
     scene = Scene(1.0, indenter=PowerLaw(3.0))
-    with pytest.raises(ValueError, match="Expected Lennard-Jones adhesion, a paraboloid"):
+    with pytest.raises(ValueError, match="scene must have Lennard-Jones adhesion, a paraboloid"):
         contacts(scene, 1)  # by a surrogate
     assert restored(json.loads(json.dumps(described(scene)))) == scene
     assert "indenter" not in described(Scene(1.0))

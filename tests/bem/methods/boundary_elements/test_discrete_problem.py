@@ -27,12 +27,12 @@ def test_sphere_stays_above_the_bound(adhesion, tension):
 @pytest.mark.parametrize(
     ("scene", "moves"), [(Scene(1.0), False), (Scene(40.0), True), (Scene(40.0, StandardLinearSolid(0.1)), True)]
 )
-def test_a_grid_that_moves_is_made_for_lines(scene, moves):
+def test_moving_grid_has_its_own_controls(scene, moves):
     accuracy = resolve_accuracy("draft")
     problem = problem_of(scene, PATH, accuracy)
     assert (problem.scheme.series.size > 0) is moves
     assert (problem.controls == accuracy.line_controls()) is moves
-    assert problem.scheme.grid.smooth is not moves
+    assert problem.scheme.grid.smooth
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from bem import ConstantStress, Exponential, LennardJones, PowerLaw, Scene, simulate, simulation
 from bem.methods.closed_forms import maugis_dugdale
 from bem.methods.elastic_curve import branch as elastic_branch
-from bem.methods.records import COMPLETED, NO_EQUILIBRIUM
+from bem.methods.outcomes import COMPLETED, NO_EQUILIBRIUM
 from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 
 CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-6.0, 2.0, -1.0, 3.0, -9.0])

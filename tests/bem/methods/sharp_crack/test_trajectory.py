@@ -16,8 +16,8 @@ from bem import (
     StandardLinearSolid,
 )
 from bem.methods.closed_forms import jkr
-from bem.methods.records import COMPLETED, DETACHED, OUT_OF_WORK
-from bem.methods.sharp_crack import march_crack
+from bem.methods.outcomes import COMPLETED, DETACHED, OUT_OF_WORK
+from bem.methods.sharp_crack import STEP_ERROR, march_crack
 from bem.problem.tractions import Exponential
 
 SOLID = StandardLinearSolid(0.1)
@@ -69,7 +69,7 @@ def test_error_falls_with_tabor():
     errors = [
         march_crack(Scene(tabor, SOLID), path([0.0, 1.0], [3.0, -3.0], tabor)).error for tabor in (10.0, 100.0, 1000.0)
     ]
-    assert np.all(np.diff(np.log(errors)) < -1.5)
+    assert np.all(np.diff(np.log(np.array(errors) - STEP_ERROR)) < -1.5)  # what the steps add is the same for all
 
 
 def test_dwells_have_no_ripple():

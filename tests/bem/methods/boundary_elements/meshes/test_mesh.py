@@ -15,7 +15,7 @@ from bem.methods.boundary_elements.meshes.mesh import (
     resolves,
     uniform_mesh,
 )
-from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence
+from bem.methods.boundary_elements.meshes.smooth_traction import smooth_influence, smooth_influence_of
 from tests.bem.methods.contacts import CONTROLS, mesh_for, spacing_for
 
 
@@ -73,6 +73,11 @@ def test_left_out_nodes_follow_even_cubics():
     places = np.arange(nodes[-1] + 1)
     np.testing.assert_allclose(parabola[: places.size], 3.0 - 0.5 * places**2, atol=1e-12)
     assert not np.any(parabola[places.size :])
+
+
+def test_equal_places_give_the_smooth_influence():
+    hats = np.random.default_rng(3).standard_normal((40, 40))
+    np.testing.assert_allclose(smooth_influence_of(np.arange(40), hats)[:-2], smooth_influence(hats)[:-2], atol=1e-13)
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
