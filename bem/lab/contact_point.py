@@ -22,7 +22,8 @@ _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
 _RISES = 0.5  # of the range of the force, from which a line through the first part is no baseline
 _REACHED = 0.95  # of the largest force, at which an approach surely ends
-_BEGINS = 0.2  # of the range of the force, up to which a curve without baseline begins at contact
+_SHORTEST = 0.05  # of the approach, for a baseline: noise hides the beginning of a contact
+_BEGINS = 0.05  # of the range of the force, up to which a curve without baseline begins at contact
 _NONE = 1e-30  # N; stands for a baseline without noise
 STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
 
@@ -84,7 +85,7 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
         )
     halves = away[: index // 2], away[index // 2 : index]
     drift = float(np.median(halves[1]) - np.median(halves[0])) if index >= FEWEST else 0.0
-    if index < FEWEST:
+    if index < max(FEWEST, _SHORTEST * force.size):
         return _from_contact_on(indentation, force)
     if abs(drift) > _DRIFT * largest:
         raise ValueError(
@@ -100,7 +101,7 @@ def _from_contact_on(indentation: FloatArray, force: FloatArray) -> Contact:
     Raises:
         ValueError: it begins in contact.
     """
-    if abs(begin := float(np.median(force[:3]))) > _BEGINS * float(np.ptp(force)):
+    if abs(begin := float(np.median(force[:3]))) > _BEGINS * float(np.ptp(force)) + _LEAVES * noise_of(force):
         raise ValueError(
             f"a force curve must begin before contact or at it; received one that begins with {begin:.3g} N, of "
             f"{np.ptp(force):.3g} N at most"

@@ -14,7 +14,7 @@ from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
 from bem.lab.fitting.regression import Fitted
 
-_SURE, _SURE_OF_DEPTH = 0.999, 0.99  # that a misfit is no chance: in sum and over blocks, and of three moduli
+_SURE = 0.999  # that a misfit is no chance: in sum, over blocks, and of three moduli
 _BLOCKS, _DEPTHS = 8, 3  # of the depth, on either way, and from which the modulus is taken
 _SOLVED = 0.004  # of the range of the force, by which the solver's own error may move a block
 
@@ -41,7 +41,7 @@ def judge(fitted: Fitted) -> Judgement:
     # In contact the noise may be louder than before it, such as that of the path.
     loud = max(1.0, noise_of(residuals[pressed])) ** 2
     sure = float(fdtri(max(np.count_nonzero(counted) / data.correlated, 1.0), data.freedoms, _SURE))
-    reasons = []
+    reasons = [] if fitted.converged else ["The search did not converge within its budget."]
     if fitted.misfit**2 > loud * max(sure, 1.0):
         reasons.append(f"The residuals are {fitted.misfit:.3g} times the noise.")
     ways = np.arange(residuals.size) > data.segments.top, np.arange(residuals.size) <= data.segments.top
@@ -54,7 +54,7 @@ def judge(fitted: Fitted) -> Judgement:
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The residuals change with depth by more than noise.")
     moduli, gain, count = _moduli(fitted, depth, pressed)
-    if count and gain / count > variance * fdtri(count, data.freedoms, _SURE_OF_DEPTH):
+    if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The modulus changes with depth by more than its errors.")
     return Judgement(not reasons, moduli, tuple(reasons))
 

@@ -121,6 +121,8 @@ class Regression:
         step, columns = self.model.difference, []
         for i, direction in enumerate(np.eye(x.size)):
             ahead, back = (step if inside else 0.0 for inside in (x[i] + step <= high[i], x[i] - step >= low[i]))
+            if ahead and self.model.costly:
+                back = 0.0
             try:
                 after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:

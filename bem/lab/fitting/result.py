@@ -97,8 +97,6 @@ class FitResult:
         rows.append(("noise", f"{readable(self.noise, 'N'):>14}   residuals {self.misfit:.3g} times it"))
         if "work_of_adhesion" in self.values:
             rows.append(("Tabor parameter", f"{setup.physical_tabor:>14.3g}   {setup.regime}"))
-        if self.model == "contact" and setup.range_is_effective:
-            rows.append(("effective range", f"{readable(setup.gap, 'm'):>14}   Tabor parameter {setup.tabor:.3g}"))
         tried = ", ".join(f"{name} {misfit:.3g}" for name, misfit in self.misfits.items())
         rows.append(("models tried", f"residuals over noise: {tried}; {sum(self.seconds.values()):.2g} s of processor"))
         head = [f"Caution: {text}" for text in self.warnings]
@@ -111,7 +109,7 @@ class FitResult:
         names = ("model", "adequate", "alike", "values", "intervals", "undetermined", "moduli", "correlations", "noise")
         names += ("misfit", "misfits", "seconds", "warnings", "sentences", "simulations")
         content = {name: getattr(self, name) for name in names} | {"units": units, "confidence": CONFIDENCE}
-        content |= {"tabor": setup.physical_tabor, "effective_range": setup.gap if setup.range_is_effective else None}
+        content |= {"tabor": setup.physical_tabor}
         return plain(content | {"notes": self.measured.notes})
 
     def plot(self, path: str | FilePath) -> None:
@@ -284,8 +282,6 @@ def _sentences(
         if judgement.moduli is not None:
             low, high = (readable(modulus, "Pa") for modulus in judgement.moduli)
             texts.append(f"Over three depths Young's modulus ranges from {low} to {high}.")
-    if not best.converged:
-        texts.append("The search did not converge: its budget was spent before the residuals stopped falling.")
     for other in alike:
         texts.append(f"The curve does not tell {name} from {other.model.name}: each interval is the union of both.")
     for each in loose:
@@ -296,9 +292,4 @@ def _sentences(
                 f"The curve hardly tells the {titles[one]} from the {titles[two]} (correlation {correlation:.3f}): a "
                 "measured value of one would sharpen the other."
             )
-    if name == "contact" and setup.range_is_effective and "retardation_time" in best.problem.free:
-        texts.append(
-            f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the contact "
-            "dissipates over it, and a shorter one gives another time."
-        )
     return texts

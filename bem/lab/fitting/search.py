@@ -7,7 +7,7 @@ until it has met the lowest misfit twice.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -19,7 +19,8 @@ _TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the dura
 _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
-_WORK = 2.5e10  # multiplications and additions of a search, some five seconds
+_WORK = 5e10  # multiplications and additions of a search, some four seconds
+_KEPT = 0.5  # of them, for the last run
 
 
 def search(problem: Regression, start: Mapping[str, float], accuracy: str | float) -> Fitted:
@@ -30,7 +31,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     """
     budget = [_WORK]
     problem.options |= {"accuracy": "draft", "budget": budget}
-    starts = [start]
+    starts: Sequence[Mapping[str, float]] = [start]
     if {"retardation_time", "modulus_ratio"} <= set(problem.free):
         starts = _memories(start, problem.data.duration)
     points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
@@ -45,16 +46,17 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
         runs.sort(key=lambda run: run.misfit)
         if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
             break
+        if budget[0] < _KEPT * _WORK:
+            break
     if not runs:
         raise failure
-    best, reached = runs[0], "draft"
+    best, reached = runs[0], problem.options["accuracy"]
     with suppress(NoContactError):
-        best = problem.run(best.x, _LONG, _CLOSENESS)
         problem.options["accuracy"] = accuracy
         best, reached = problem.run(best.x, _LONG, _CLOSENESS), accuracy
     problem.options |= {"accuracy": reached, "budget": None}
     # A run that spends the budget has no derivatives where it ends.
-    return problem.fitted(best.x, budget[0] >= 0.0)
+    return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
 
 
 def _memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:

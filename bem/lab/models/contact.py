@@ -8,7 +8,7 @@ depends on the range of adhesion, which may be an effective one, and does not co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -85,6 +85,7 @@ def tension(
     Raises:
         NoContactError: the solver does not complete the contact, or the budget is spent.
     """
+    from bem.methods.sharp_crack.edge_law import interpolated_tables
     from bem.simulation import simulate
 
     if budget is not None and budget[0] < 0.0:
@@ -95,7 +96,8 @@ def tension(
     except ValueError as error:  # a search wanders beyond what the solver takes
         raise NoContactError(str(error)) from error
     most = max(budget[0] if budget else 0.0, _ONE)
-    trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
+    with interpolated_tables():
+        trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
     if budget is not None:
         budget[0] -= trajectory.stats.multiply_adds
     if not trajectory.completed:
@@ -137,7 +139,7 @@ MODEL = Model(
     "contact: viscoelastic sphere with adhesion",
     "bem.simulate; docs/theory.md",
     "a standard linear solid or a known series, a half-space, depth small beside the radius",
-    (MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
+    (MODULUS, ADHESION, RETARDATION_TIME, replace(MODULUS_RATIO, low=0.015, high=0.96)),
     tension,
     0.02,
 )

@@ -109,6 +109,11 @@ class Model:
     difference: float = 1e-4
 
     @property
+    def costly(self) -> bool:
+        """Whether a tension is a simulation, and derivatives are taken on one side only."""
+        return self.name == "contact"
+
+    @property
     def spans(self) -> bool:
         """Whether the fit looks for where the contact begins and ends."""
         return self.name in ("dmt", "jkr")
