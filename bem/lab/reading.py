@@ -69,8 +69,7 @@ class RawCurve:
         depth = quantities.get("indentation")
         if depth is None and "separation" in quantities:
             depth = -quantities["separation"]
-        path = depth if stage is None else stage
-        if path is None:
+        if stage is None and depth is None:
             raise ValueError(
                 f"a force curve must have an indentation, or a displacement and a stiffness; received {where} with "
                 f"{_listed(quantities)}"
@@ -81,8 +80,10 @@ class RawCurve:
                 f"indentation; received {where} without"
             )
         if spring is not None:
-            stage = depth + compression / spring if stage is None else stage
-            depth = stage - compression / spring
+            stage = depth + compression / spring if stage is None and depth is not None else stage
+            depth = None if stage is None else stage - compression / spring
+        assert depth is not None
+        path = depth if stage is None else stage
         time, speed = quantities.get("time"), speed or self.speed
         if time is None:
             if speed is None:
@@ -261,16 +262,16 @@ def _text_curve(
     spring, volts = (_fact(facts, name) for name in ("stiffness", "sensitivity"))
     for part in parts:
         if "deflection_in_volts" in part:
-            if (sensitivity or volts) is None:
+            if (per_volt := sensitivity or volts) is None:
                 raise ValueError(f"sensitivity (m/V; --sensitivity) must be given for volts; received {path} without")
-            part["deflection"] = part.pop("deflection_in_volts") * (sensitivity or volts)
+            part["deflection"] = part.pop("deflection_in_volts") * per_volt
         elif sensitivity is not None:
             raise ValueError(f"sensitivity turns volts into a force; received {path}, which has no volts")
         if "force" not in part and "tension" not in part:
-            if "deflection" not in part or (stiffness or spring) is None:
+            if "deflection" not in part or (constant := stiffness or spring) is None:
                 needed = "a column force, such as 'force (nN)', or a deflection and the spring constant (--stiffness)"
                 raise ValueError(f"a force curve must have {needed}; received {path} with {_listed(part)}")
-            part["force"] = part["deflection"] * (stiffness or spring)
+            part["force"] = part["deflection"] * constant
         elif stiffness and spring:
             name = "force" if "force" in part else "tension"
             part[name] = part[name] * (stiffness / spring)

@@ -68,12 +68,12 @@ def segments_of(time: FloatArray, place: FloatArray, compression: FloatArray, fi
     top, leaves = by_force if in_force else by_place
     held = time[leaves] - time[top] > _PAUSE * (time[-1] - time[0]) and leaves - top >= 5
     pauses = [(begin, end) for begin, end in _still(time, place) if end < time[top] or begin > time[leaves]]
-    first = float(time[0])
+    begun = float(time[0])
     return Segments(
         int(top),
         int(leaves) if held else int(top if in_force else leaves),
         ("force" if in_force else "position") if held else None,
-        tuple((begin - first, end - first) for begin, end in pauses),
+        tuple((begin - begun, end - begun) for begin, end in pauses),
     )
 
 

@@ -106,9 +106,11 @@ class FitResult:
         """Everything but the curves, ready for JSON; what is infinite is null."""
         setup = self.setup
         units = {name: LINEAR.get(name) or PARAMETERS[name].unit for name in self.values}
-        names = ("model", "adequate", "alike", "values", "intervals", "undetermined", "moduli", "correlations", "noise")
-        names += ("misfit", "misfits", "seconds", "warnings", "sentences", "simulations")
-        content = {name: getattr(self, name) for name in names} | {"units": units, "confidence": CONFIDENCE}
+        names = "model adequate alike values intervals undetermined moduli correlations noise misfit misfits seconds"
+        content = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
+            "units": units,
+            "confidence": CONFIDENCE,
+        }
         content |= {"tabor": setup.physical_tabor}
         return plain(content | {"notes": self.measured.notes})
 
@@ -274,7 +276,7 @@ def _sentences(
     judgement: Judgement,
 ) -> list[str]:
     """Why no model is adequate, what the curve leaves open and what trades off."""
-    setup, name, texts = best.setup, best.model.name, []
+    name, texts = best.model.name, []
     titles = {each: PARAMETERS[each].title if each in PARAMETERS else each.replace("_", " ") for each in best.names}
     texts.append(f"Segments: {best.problem.data.segments.sentence(best.problem.data.time)}.")
     if not judgement.adequate:
