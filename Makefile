@@ -311,7 +311,7 @@ clean:  ## Remove caches and build files; never results/, published/ or .venv
 # Pages of the tutorials are kept until a tutorial or the solver changes.
 docs/gallery/.solver: $(SOLVER)
 	rm -rf $(@D) && mkdir -p $(@D) && touch $@
-docs: setup docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
+docs: setup figures tables docs/gallery/.solver  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
 	@$(PY) -m bem compile > /dev/null  # so that no tutorial shows that it compiles
 	echo "Building build/site"
 	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --config-file .mkdocs.yml --strict --quiet

@@ -231,14 +231,7 @@ def recommend(
     for effects in every:
         if simplified.left_out and reduced(scene, history, effects)[0] == simplified.scene:
             brackets[effects] = (0.0, min(brackets[effects][1], simplified.error))
-    # With as many terms, with and without adhesion and spring, the terms with the smallest estimate.
-    groups = itertools.groupby(every, lambda effects: (effects.terms, effects.adhesion, effects.spring))
-    best_terms = [min(group, key=lambda effects: brackets[effects][1]) for _, group in groups]
-    left = [effects for effects in best_terms if effects != full]
-    if quantity == "force":
-        left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
-    elif quantity == "pull_off_force" and full.adhesion:
-        left = [effects for effects in left if effects.adhesion]
+    left = _candidates(every, brackets, tolerance, quantity)
     if best == "cheapest" and left:
         draft = NAMED_TARGETS["draft"]
         left = sorted((effects for effects in left if cost(effects, draft) < 1.0), key=lambda e: cost(e, draft))
@@ -252,6 +245,21 @@ def recommend(
         if error < _ROOM * tolerance:
             return answer(effects, error, "simulation")
     return answer(full, 0.0, "nothing is left out")
+
+
+def _candidates(
+    every: list[Effects], brackets: dict[Effects, tuple[float, float]], tolerance: float, quantity: Quantity
+) -> list[Effects]:
+    """The choices that leave something out and may stay within the tolerance, in their order."""
+    # With as many terms, with and without adhesion and spring, the terms with the smallest estimate.
+    groups = itertools.groupby(every, lambda effects: (effects.terms, effects.adhesion, effects.spring))
+    best_terms = [min(group, key=lambda effects: brackets[effects][1]) for _, group in groups]
+    simpler = [effects for effects in best_terms if effects != every[-1]]
+    if quantity == "force":
+        return [effects for effects in simpler if brackets[effects][0] <= _MARGIN * tolerance]
+    if quantity == "pull_off_force" and every[-1].adhesion:
+        return [effects for effects in simpler if effects.adhesion]
+    return simpler
 
 
 def operations(trajectory: Trajectory) -> float:

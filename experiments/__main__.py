@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.command_line import run_main
+from bem._support.wording import listed
 
 HERE = Path(__file__).parent
 
@@ -42,7 +43,8 @@ def main() -> None:
         print(f"{__doc__}\nStudies: {', '.join(modules)}")
         return
     if name not in modules:
-        print(f"python -m experiments: study must be one of {', '.join(modules)}; received {name!r}", file=sys.stderr)
+        text = f"study must be one of {listed(modules, name)}; received {name!r}"
+        print(f"python -m experiments: {text}", file=sys.stderr)
         sys.exit(2)
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path("results", f"{name}.json"))

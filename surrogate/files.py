@@ -13,7 +13,7 @@ from typing import Any
 
 from bem._support.outputs import write_whole
 from bem._support.text_files import read_json
-from bem._support.wording import shown
+from bem._support.wording import listed, shown
 from surrogate.architectures.naming import names
 from surrogate.data.scaling import Scaling
 from surrogate.onnx.file import ONNX_NAME, sha256
@@ -62,7 +62,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             f"name must be a model's, a directory with run.json, or an .onnx file; received {str(name)!r}"
         )
     if name not in (*names(), *BANDED):
-        available = ", ".join(sorted({*names(), *trained, *BANDED}))
+        available = listed(sorted({*names(), *trained, *BANDED}), name)
         raise ValueError(f"name must be ./NAME for a folder, or one of {available}; received {shown(name)}")
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
     raise FileNotFoundError(

@@ -1,9 +1,11 @@
 """Words for people: quotes of user input in messages, with bounded length, and tables in plain text and Markdown."""
 
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from typing import Any
 
+_FEW = 12
 _REPR = reprlib.Repr()
 _REPR.maxlevel, _REPR.maxstring, _REPR.maxother = 2, 120, 200
 
@@ -21,6 +23,15 @@ def shown(value: Any) -> str:
         return shortened(_REPR.repr(value))
     except Exception:  # the repr of a foreign object may raise anything
         return f"an object of type {type(value).__name__}, which cannot be shown"
+
+
+def listed(choices: Iterable[str], received: str) -> str:
+    """Choices for a message that received none of them: those that are alike first, all of them if they are few."""
+    every = list(choices)
+    alike = get_close_matches(received, every, cutoff=0.5)
+    if len(every) <= _FEW or not alike:
+        return ", ".join(alike + [choice for choice in every if choice not in alike])
+    return f"{', '.join(alike)} or {len(every) - len(alike)} others"
 
 
 def plain_table(rows: Sequence[Sequence[str]]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from bem._support.text_files import read_toml
 from bem._support.validation import finite_number, finite_vector, instance
-from bem._support.wording import shown
+from bem._support.wording import listed, shown
 from bem.materials_library.viscoelasticity import shifted, wlf_shift
 from bem.problem.materials import Elastic, PronySeries
 
@@ -75,7 +75,7 @@ def load(name: str | Path) -> Entry:
     if path.suffix != ".toml":
         if str(name) not in names():
             raise ValueError(
-                f"material must be one of {', '.join(names())}, or a .toml file; received {shown(str(name))}"
+                f"material must be one of {listed(names(), str(name))}, or a .toml file; received {shown(str(name))}"
             )
         path = FOLDER / f"{name}.toml"
     try:

@@ -40,7 +40,7 @@ PULL_OFF, JUMP, ZERO = COLOURS["M2"], COLOURS["M3"], {"color": "0.8", "linewidth
 FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
 TIME_LABEL = r"time $t/\tau$"
 INDENTATION_LABEL = r"indentation $\delta/h_0$"
-STRETCHED = ", each phase to a scale of its own"
+STRETCHED = " (scale differs by phase)"
 MOST_FORCES = 4
 """Forces or indentations named in a title, which has to fit over the picture."""
 POINTS_BETWEEN = 7

@@ -10,12 +10,15 @@ import numpy as np
 
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING
+from bem.results.profiles import moments
 from experiments import common
 from experiments.common import Config, Models, Result
 from experiments.measurements.cases import Case, native
 from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
 
+PICTURED, PROFILES = 5, 400
+"""Sample whose contact the graphical abstract shows, and profiles from which those at its moments are chosen."""
 CLOSE = 5.0
 """Percent within which a pull-off force counts as in strong agreement, for which the paper states no number."""
 
@@ -52,6 +55,20 @@ def regime(
     }
 
 
+def contacts(protocol: dict[str, Any], config: dict[str, Any]) -> dict[str, Any]:
+    """The contact at its moments, by their names: instant, force, and surface and sphere over the radius, in h0."""
+    trajectory = Case.of(protocol, config["modulus_ratio"]).simulated(config["accuracy"], PROFILES)
+    profiles, pictures = trajectory.profiles, {}
+    assert profiles is not None
+    for name, instant in moments(trajectory).items():
+        i = int(np.argmin(np.abs(profiles.time - instant)))
+        rows = {"radius": profiles.radius[i], "surface": -profiles.displacement[i], "sphere": profiles.sphere[i]}
+        finite = np.isfinite(profiles.radius[i])
+        pictures[name] = {key: values[finite] for key, values in rows.items()}
+        pictures[name] |= {key: float(getattr(profiles, key)[i]) for key in ("time", "indentation", "force")}
+    return pictures
+
+
 def summary(regimes: list[dict[str, Any]]) -> dict[str, Any]:
     """Medians of the seconds over the twelve protocols, and for each recipe how many pull-off forces are close."""
     columns = {name: np.array([row["seconds"][name] for row in regimes]) for name in regimes[0]["seconds"]}
@@ -74,13 +91,15 @@ def study(config: Config, models: Models, canonical_times: Result) -> dict[str, 
     """Simulate and predict the twelve protocols."""
     labels = by_recipe(config["model"], models)
     surrogates = {recipe: common.load_surrogate(label, models) for recipe, label in labels.items()}
+    rows = paper_rows("canonical_protocols")
     regimes = [
         regime(protocol, surrogates, config, canonical_times["seconds"][str(int(protocol["sample"]))])
-        for protocol in paper_rows("canonical_protocols")
+        for protocol in rows
     ]
     return {
         "config": config,
         "times": {name: canonical_times[name] for name in ("host", "config")},
         "summary": summary(regimes),
         "regimes": regimes,
+        "contacts": contacts(next(row for row in rows if int(row["sample"]) == PICTURED), config),
     }

@@ -18,6 +18,8 @@ from experiments.paper.dataset_statistics import force_ratio
 from paper_figures.style import drawing
 
 BINS_PER_DECADE = 5
+LITTLE = 0.2
+"""Share of the largest compression below which the pull-off force is drawn again in an inset."""
 
 
 def draw_example(axes: Axes, example: dict[str, Any]) -> None:
@@ -36,10 +38,27 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     axes.plot(*bottom, marker="s", color=drawing.BLUE, label=r"$\hat P_\mathrm{mc}$", **style)
     axes.set_xlim(0.0, 1.03 * t3)
     axes.margins(y=0.12)
+    if results["pull_off_force"] < LITTLE * -min(native["force"]):
+        draw_tension(axes, native, peak)
     protocol = example["protocol"]
     axes.set_title(rf"$\mu={protocol['tabor']:g}$, $\hat\delta_l={protocol['peak_indentation']:g}$", loc="right")
     axes.set_xlabel(drawing.TIME)
     axes.set_ylabel(r"force $\hat P$")
+
+
+def draw_tension(axes: Axes, native: dict[str, Any], peak: tuple[float, float]) -> None:
+    """An inset of the tension around the pull-off, where it is too little to be seen beside the compression."""
+    late = peak[0] > 0.5 * native["time"][-1]
+    inset = axes.inset_axes((0.16 if late else 0.55, 0.07, 0.28, 0.28))
+    time, force = np.array(native["time"]), np.array(native["force"])
+    pulled = (force > 0.0) & (time > time[np.argmin(force)])
+    begin, end = time[pulled][[0, -1]]
+    inset.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
+    inset.plot(time, force, color=drawing.BLACK, linewidth=0.9)
+    inset.plot(*peak, "o", color=drawing.RED)
+    inset.set(xlim=(begin - 0.1 * (end - begin), end), ylim=(-0.4 * peak[1], 1.3 * peak[1]))
+    inset.set_xticks([])
+    inset.set_yticks([0.0, peak[1]], labels=["0", f"{peak[1]:.2g}"])
 
 
 def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
@@ -82,7 +101,7 @@ def compose(dataset_examples: Any, dataset: Path) -> Figure:
     drawn, panels = drawing.panels(3, 3, height=6.2)
     for axes, example in zip(panels[:6], examples, strict=True):
         draw_example(axes, example)
-    panels[1].legend(loc="lower right")
+    panels[0].legend(loc="lower right")
     draw_histogram(panels[6], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
     ratio = force_ratio(data)
     draw_histogram(panels[7], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")

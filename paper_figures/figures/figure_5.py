@@ -87,8 +87,15 @@ def draw_data_efficiency(axes: Axes, efficiency: dict[str, Any], reference: dict
 def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ranking: Any = None) -> Figure:
     """Draw figure 5; where no model is trained by the paper's recipe, (a) shows the seeds of `ranking`."""
     recipe, models = models_style.leading(model_comparison)
-    drawn, panels = drawing.panels(2, 2, height=5.4)
-    draw_curves(panels[0], model_comparison, "concat", recipe, ranking)
+    drawn = drawing.figure(height=6.0)
+    grid = drawn.add_gridspec(2, 2)
+    curves = grid[0, 0].subgridspec(2, 3).subplots(sharex=True, sharey=True)
+    draw_curves(curves.ravel(), model_comparison, "concat", recipe, ranking)
+    curves[1, 1].set_xlabel("epoch")
+    for axes in curves[:, 0]:
+        axes.set_ylabel(f"{models_style.label('concat', recipe)}\nvalidation MSE")
+    panels = [curves[0, 0], *(drawn.add_subplot(place) for place in (grid[0, 1], grid[1, 0], grid[1, 1]))]
+    drawing.letters(panels)
     draw_sizes(panels[1], models)
     panels[1].set_title("paper’s recipe" if recipe == "paper" else "swift", loc="right")
     draw_effective_energy(panels[2], persson_brener)

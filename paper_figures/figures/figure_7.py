@@ -7,8 +7,10 @@ smaller errors. The model is the one trained by the paper's recipe; a line shows
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
@@ -16,7 +18,7 @@ from matplotlib.ticker import FuncFormatter
 from paper_figures.style import drawing, models_style
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
-COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.RED)
+COLORS = [to_hex(color) for color in colormaps["viridis"](np.linspace(0.9, 0.0, len(QUARTILES)))]
 LOWEST, BINS_PER_DECADE = 1e-2, 6
 BARS = 0.7
 """Share of the panel's height that bars and lines occupy; the legend is above them."""

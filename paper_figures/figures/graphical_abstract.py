@@ -1,15 +1,34 @@
-"""The graphical abstract: protocol, surrogate, and predicted force, with the cost and the error of the prediction."""
+"""The graphical abstract: the contact at its moments, its protocol, the surrogate, and the predicted force."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bem.results.film import SURFACES
+from bem.results.profiles import places_of
+from experiments.paper.canonical_regimes import PICTURED
 from paper_figures.style import drawing, models_style, schematics
 from paper_figures.style.writing import number
 
-SAMPLE = 5
+REACH, MARGIN = 3.4, 4.0
+"""Largest radius drawn, in beta, and height above the surface at rest and below its deepest point, in h0."""
+
+
+def draw_contacts(panels: np.ndarray, contacts: dict[str, Any]) -> None:
+    """The sphere and the surface at each moment, mirrored about the axis, all at one scale."""
+    low, high = min(min(moment["surface"]) for moment in contacts.values()) - MARGIN, 3.0 * MARGIN
+    for place, (axes, (name, moment)) in enumerate(zip(panels, contacts.items(), strict=True), 1):
+        radius = np.array(moment["radius"])
+        across = np.concatenate([-radius[::-1], radius])
+        sphere, surface = (np.concatenate([moment[key][::-1], moment[key]]) for key in ("sphere", "surface"))
+        axes.fill_between(across, sphere, np.maximum(sphere, high), color=SURFACES["sphere"], linewidth=0.0)
+        axes.fill_between(across, surface, low, color=SURFACES["solid"], linewidth=0.0)
+        axes.plot(across, surface, color=drawing.BLACK, linewidth=0.9)
+        axes.set(xlim=(-REACH, REACH), ylim=(low, high), title=f"{place}  {name}")
+        axes.set_axis_off()
 
 
 def draw_model(axes: Axes, regime: dict[str, Any], name: str, errors: dict[str, Any]) -> None:
@@ -42,19 +61,40 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     recipe, predicted = next(iter(models_style.recipes(regime["predicted"]).items()))
     label = models_style.label(name, recipe)
     axes.plot(steps["indentation"], predicted["force"], label=label, **models_style.step_marker(name))
-    axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE, title="force, predicted and simulated")
+    axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
     axes.legend(loc="lower left")
+
+
+def draw_protocol(axes: Axes, contacts: dict[str, Any], native: dict[str, Any]) -> None:
+    """Indentation over time, each phase with a width of its own, and the moments on it."""
+    corners = np.array([0.0, *(contacts[name]["time"] for name in ("pressed", "relaxed")), native["time"][-1]])
+    places = places_of(corners)
+    axes.plot(np.interp(native["time"], corners, places), native["indentation"], color=drawing.BLACK, linewidth=1.6)
+    times = np.interp([moment["time"] for moment in contacts.values()], corners, places)
+    number_moments(axes, times, [moment["indentation"] for moment in contacts.values()])
+    axes.set_xticks(places, labels=[f"{corner:.3g}" for corner in corners])
+    axes.set(xlabel=drawing.TIME, ylabel=drawing.INDENTATION)
+
+
+def number_moments(axes: Axes, across: Iterable[float], up: Iterable[float]) -> None:
+    """Number the moments on a curve."""
+    for place, at in enumerate(zip(across, up, strict=True), 1):
+        axes.plot(*at, "o", color="white", markeredgecolor=drawing.RED, markersize=9, zorder=4)
+        axes.annotate(str(place), at, ha="center", va="center", zorder=5)
 
 
 def compose(canonical_regimes: Any, error_statistics: Any) -> Figure:
     """Draw the graphical abstract."""
-    regime = next(candidate for candidate in canonical_regimes["regimes"] if candidate["sample"] == SAMPLE)
-    drawn = drawing.figure(height=2.5)
-    first, second, third = drawn.subplots(1, 3)
-    depths = regime["steps"]["indentation"]
-    first.plot(np.arange(1, len(depths) + 1), depths, color=drawing.BLACK, linewidth=1.6)
-    first.set(xlabel="measurement step", ylabel=drawing.INDENTATION, title="indentation history")
+    regime = next(candidate for candidate in canonical_regimes["regimes"] if candidate["sample"] == PICTURED)
+    contacts = canonical_regimes["contacts"]
+    drawn = drawing.figure(height=3.6)
+    grid = drawn.add_gridspec(2, 1, height_ratios=(1.0, 1.9))
+    draw_contacts(grid[0].subgridspec(1, len(contacts)).subplots(), contacts)
+    first, second, third = grid[1].subgridspec(1, 3).subplots()
+    draw_protocol(first, contacts, regime["native"])
     name = canonical_regimes["config"]["model"]
     draw_model(second, regime, name, next(iter(models_style.recipes(error_statistics).values())))
     draw_force(third, regime, name)
+    across, up = ([moment[key] for moment in contacts.values()] for key in ("indentation", "force"))
+    number_moments(third, across[:-1], up[:-1])  # the last lies where the first does
     return drawn

@@ -13,9 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import Formatter, FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import Formatter, FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter
 
 from bem.results.plots import COLOURS
 from experiments.paper_numbers import paper_values as paper_values
@@ -48,12 +47,6 @@ def paper_seconds() -> dict[str, float]:
         "paper's solver (mean)": 3600.0 * paper["cpu_hours"] / paper["trajectories"],
         "paper's surrogate": paper_values("cost")["surrogate_seconds"],
     }
-
-
-def tints(color: str, count: int) -> list[str]:
-    """Shades of one colour, from a pale one to itself, for several curves of one tool."""
-    full = np.array(to_rgb(color))
-    return [to_hex(1.0 - share * (1.0 - full)) for share in np.linspace(0.45, 1.0, count)]
 
 
 def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
@@ -109,21 +102,27 @@ def log_labels(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     short = np.log10(high / low) < 2.0
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
-
-    def tick(value: float, _: int) -> str:
-        """All ticks of an axis are plain numbers, or all are powers."""
-        view, exponent = axis.get_view_interval(), int(np.floor(np.log10(value) + 1e-9))
-        factor = value / 10.0**exponent
-        if min(view) >= 1e-3 and max(view) <= 2e3:
-            return f"{value:g}"
-        return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
-
-    axis.set_major_formatter(FuncFormatter(tick))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: decade(value)))
     axis.set_minor_formatter(NullFormatter())
+
+
+def write_decades_plainly(drawn: Figure) -> None:
+    """Label logarithmic axes that have the usual powers of ten by numbers without small exponents."""
+    for axes in drawn.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_formatter(), LogFormatterMathtext):
+                axis.set_major_formatter(FuncFormatter(lambda value, _: decade(value)))
+
+
+def decade(value: float) -> str:
+    """A power of ten, or a multiple, as text: 0.001 to 1000 in full, others as 1e-4."""
+    text = f"{value:g}" if 0.999e-3 <= value <= 1.001e3 else f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e")
+    return Formatter.fix_minus(text)
 
 
 def save(drawn: Figure, name: str, folder: Path) -> None:
     """Write a figure as PDF and PNG, and close it; equal content gives equal bytes."""
+    write_decades_plainly(drawn)
     folder.mkdir(parents=True, exist_ok=True)
     drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     drawn.savefig(folder / f"{name}.png", metadata={"Software": None})

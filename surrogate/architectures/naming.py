@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from bem._support.wording import shown
+from bem._support.wording import listed, shown
 
 CONDITIONINGS = ("concat", "FiLM", "gated")
 """Ways to include the Tabor parameter (`surrogate.architectures.layers`)."""
@@ -65,6 +65,6 @@ def split_name(name: str) -> tuple[str, str]:
         ValueError: the name is unknown; the message lists the known ones.
     """
     if name not in names():
-        raise ValueError(f"name must be one of {', '.join(names())}; received {shown(name)}")
+        raise ValueError(f"name must be one of {listed(names(), name)}; received {shown(name)}")
     family, _, conditioning = name.rpartition("-")
     return family, conditioning

@@ -176,13 +176,10 @@ def peak_weights(force: np.ndarray, more: float) -> np.ndarray:
     return (weights / weights.mean()).astype(np.float32)
 
 
-def _callbacks(
-    model: keras.Model, batches: Batches, progress: Progress, folder: Path, keep: Callable[[], bool]
-) -> list[keras.callbacks.Callback]:
-    """Return Keras's callbacks between those that begin and keep an epoch, in the order of their calls."""
+def _callbacks_of(recipe: Recipe, progress: Progress) -> tuple[list[Any], list[Any]]:
+    """Return Keras's callbacks of a recipe's plateau, and of its average of weights, as far as it has them."""
     from keras import callbacks
 
-    recipe, since = batches.recipe, dict.fromkeys(CLOCKS, 0.0)
     plateau, averaging = [], []
     if rule := recipe.plateau:
         threshold = {} if rule.least_gain is None else {"min_delta": rule.least_gain}
@@ -196,6 +193,17 @@ def _callbacks(
         averaging = [callbacks.SwapEMAWeights(swap_on_epoch=True)]
         # A restored model holds the averaged weights, as it did when the backup was written.
         averaging[0]._ema_weights_in_model = bool(progress.history)
+    return plateau, averaging
+
+
+def _callbacks(
+    model: keras.Model, batches: Batches, progress: Progress, folder: Path, keep: Callable[[], bool]
+) -> list[keras.callbacks.Callback]:
+    """Return Keras's callbacks between those that begin and keep an epoch, in the order of their calls."""
+    from keras import callbacks
+
+    recipe, since = batches.recipe, dict.fromkeys(CLOCKS, 0.0)
+    plateau, averaging = _callbacks_of(recipe, progress)
 
     def learning_rate() -> float:
         return float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))

@@ -66,7 +66,11 @@ def regimes():
 
     times = {"host": "a machine", "config": {"batch": 1024}}
     config = {"model": "M1-concat", "accuracy": "standard"}
-    return {"config": config, "times": times, "regimes": [regime(sample) for sample in range(1, 13)]}
+    contact = {"radius": [0.0, 1.0], "surface": [-1.0, 0.0], "sphere": [0.0, 1.0], "force": 0.5}
+    moments = {"pressed": (0.2, 5.0), "relaxed": (0.6, 5.0), "pull-off": (0.8, 1.0)}
+    contacts = {name: contact | {"time": time, "indentation": depth} for name, (time, depth) in moments.items()}
+    regimes = [regime(sample) for sample in range(1, 13)]
+    return {"config": config, "times": times, "regimes": regimes, "contacts": contacts}
 
 
 @pytest.fixture

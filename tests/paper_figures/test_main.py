@@ -9,6 +9,7 @@ from paper_figures.__main__ import caption, main, modules, save
 from paper_figures.models import figure_learning_curves
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
+from surrogate.architectures.naming import PAPER_FAMILIES
 from tests.paper_figures.results import comparison
 
 FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
@@ -66,6 +67,6 @@ def test_an_unknown_figure_is_refused(tmp_path, monkeypatch, capsys):
 
 
 def test_learning_curves_of_published_models():
-    assert figure_learning_curves.compose(comparison(["M1-concat", "M4-gated"])).axes[1].lines
+    assert figure_learning_curves.compose(comparison(["M1-concat", "M4-gated"])).axes[len(PAPER_FAMILIES) + 3].lines
     with pytest.raises(FileNotFoundError, match="no FiLM or gated model is published; `make models` trains them"):
         figure_learning_curves.compose(comparison(["M1-concat", "M2-concat"]))

@@ -55,9 +55,11 @@ def check_table(table, stem, folder):
 def check_figure(figure):
     """Its panels have data; it is as wide as a column or two; its texts are readable and lie on no other."""
     assert all(axes.has_data() or not axes.axison for axes in figure.axes)
+    drawing.write_decades_plainly(figure)
     assert round(figure.get_figwidth() * printed.MILLIMETRES) in (88, 180)
     texts = printed.texts(figure)
     assert [text.get_text() for text in texts if text.get_fontsize() < LEAST] == []
+    assert [text.get_text() for text in texts if "10^" in text.get_text()] == []  # exponents are smaller
     assert printed.overlaps(figure, texts) == []
     # Colours that a legend tells apart differ for every eye.
     for named in printed.colors(figure):

@@ -9,16 +9,15 @@ from paper_figures.style import drawing, models_style
 
 
 def test_figure_6_and_graphical_abstract(regimes, errors):
-    _, panel, _, _ = figure_6.compose(regimes).axes
-    assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
-    markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
-    assert list(markers) == [f"({sample}), pull-off error 1.5 %" for sample in (4, 5, 6)]
-    assert markers["(5), pull-off error 1.5 %"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
-    assert {line.get_marker() for line in markers.values()} == {"^"}
-    assert len({line.get_color() for line in markers.values()}) == 3
-    assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
-    assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
-    _, model, force = graphical_abstract.compose(regimes, errors).axes
+    drawn = figure_6.compose(regimes)
+    titles = [axes.get_title(loc="right") for axes in drawn.axes]
+    assert titles == [f"({sample}), pull-off error 1.5 %" for sample in range(1, 13)]
+    assert drawn.axes[3].get_ylabel().startswith(r"$\mu = 3.2$, long dwell")
+    predicted = next(line for line in drawn.axes[4].lines if line.get_marker() == "^")
+    assert predicted.get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
+    *contacts, protocol, model, force = graphical_abstract.compose(regimes, errors).axes
+    assert [axes.get_title() for axes in contacts] == ["1  pressed", "2  relaxed", "3  pull-off"]
+    assert [text.get_text() for text in protocol.texts] == ["1", "2", "3"]
     text = " ".join(text.get_text() for text in model.texts)
     assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
     assert "Keras call 100 ms, solver 10 ms" in text
