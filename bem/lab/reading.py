@@ -74,15 +74,14 @@ class RawCurve:
                 f"a force curve must have an indentation, or a displacement and a stiffness; received {where} with "
                 f"{_listed(quantities)}"
             )
-        if depth is None and spring is None:
+        if spring is not None:
+            stage = depth + compression / spring if stage is None and depth is not None else stage
+            depth = None if stage is None else stage - compression / spring
+        if depth is None:
             raise ValueError(
                 "the spring constant (stiffness, in N/m; --stiffness) must be given, which turns displacement into "
                 f"indentation; received {where} without"
             )
-        if spring is not None:
-            stage = depth + compression / spring if stage is None and depth is not None else stage
-            depth = None if stage is None else stage - compression / spring
-        assert depth is not None
         path = depth if stage is None else stage
         time, speed = quantities.get("time"), speed or self.speed
         if time is None:
