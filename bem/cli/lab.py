@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -27,14 +27,14 @@ from bem.cli.arguments import (
     write,
 )
 
-MODEL = "hertz, cone, dmt, jkr, ting or contact; auto takes the simplest that describes the curve."
+MODEL = "By default the simplest that describes the curve."
 STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none, or the file's own."
 Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
 Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
 Stiffness = Annotated[Text, option(STIFFNESS)]
 Sensitivity = Annotated[Text, option("Of the deflection, e.g. 50nm/V, for AFM files that hold volts.")]
-ModelName = Annotated[str, option(MODEL)]
-Segment = Annotated[str, option("What counts: approach, retract or both.")]
+ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], option(MODEL)]
+Segment = Annotated[Literal["approach", "retract", "both"], option("What counts.")]
 Thickness = Annotated[Text, option("Of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")]
 FileSign = Annotated[
     Text, option("Which force of the file is positive: tension or compression; by default compression, or the file's.")
@@ -44,7 +44,6 @@ Poisson = Annotated[
 ]
 Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
 LARGEST = "Above this Tabor parameter an effective, longer gap is simulated"
-LargestTabor = Annotated[float, option(f"{LARGEST}.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
@@ -189,7 +188,6 @@ def fit(
     gap: Gap = None,
     retardation_time: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
     material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
-    largest_tabor: LargestTabor = 3.0,
     accuracy: Accuracy = "standard",
     out: Annotated[File, option("Write values, intervals and correlations here (.json).")] = None,
     plot: Annotated[File, option("Draw measurement, fit and residuals here.")] = None,
@@ -215,7 +213,7 @@ def fit(
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
         measured = ForceCurve.read(curve, force_sign=force_sign, **how)
-        start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **properties)
+        start = guess_setup(measured, radius=radius, half_angle=half_angle, **properties)
         result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy))
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write(outputs, out, lambda temporary: temporary.write_text(text, encoding="utf-8"))

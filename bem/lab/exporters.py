@@ -6,6 +6,11 @@ sample; height, positive away from it; z, a displacement whose direction the for
 contact_radius. A unit that a title or a line of units names replaces the one here.
 """
 
+import re
+
+_LONGEST_TITLE = 200  # the time of a search grows with the square of it
+_TITLE = re.compile(r"\s*([^()\[\]/]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+))?\s*")
+
 EXPORTERS: dict[str, dict[str, tuple[str, str]]] = {
     "Optics11 Piuma, Chiaro": {
         "time": ("time", "s"),
@@ -63,3 +68,23 @@ FACTS = {
 
 PARTS = {"approach": ("ex", "approach", "extend", "trace"), "retraction": ("rt", "retract", "withdraw", "retrace")}
 """Words in the titles of paired columns, of which the approach and the retraction each have their own."""
+
+
+def parsed(title: str) -> tuple[str, str, str]:
+    """Name of a column, in lower case with underscores, its unit, and the part of a pair that it belongs to."""
+    match = _TITLE.fullmatch(title.strip().strip('"')) if len(title) <= _LONGEST_TITLE else None
+    if match is None:
+        return "", "", ""
+    name, unit = match[1].lower(), next((group.strip() for group in match.groups()[1:] if group), "")
+    name, part = re.sub(r"[\s_\-.]+", "_", name).strip("_"), ""
+    for which, words in PARTS.items():
+        for word in words:
+            if re.search(rf"(?:^|_){word}(?:_|$)", name):
+                name, part = re.sub(rf"(?:^|_){word}(?=_|$)", "", name).strip("_"), which
+    if not any(name in table for table in EXPORTERS.values()) and not unit:
+        # The unit is the last piece of the title, or the last before a word such as Ex.
+        pieces = [
+            piece for piece in re.split(r"[\s_]+", match[1].strip()) if piece.lower() not in sum(PARTS.values(), ())
+        ]
+        name, unit = "_".join(pieces[:-1]).lower(), pieces[-1] if pieces else ""
+    return name, unit, part

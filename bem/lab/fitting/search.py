@@ -7,7 +7,7 @@ until it has met the lowest misfit twice.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.models.contact import NoContactError
 
-_TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
+_TIMES, _RATIOS = (0.005, 0.03, 0.15, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
+_ADHESIONS = (0.8, 0.4, 0.15)  # of the elastic work of adhesion: an edge that relaxes pulls more than its work
 _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
@@ -31,9 +32,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     """
     budget = [_WORK]
     problem.options |= {"accuracy": "draft", "budget": budget}
-    starts: Sequence[Mapping[str, float]] = [start]
-    if {"retardation_time", "modulus_ratio"} <= set(problem.free):
-        starts = _memories(start, problem.data.duration)
+    starts = _starts(start, set(problem.free), problem.data.duration)
     points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
     runs: list[Fitted] = []
     failure = NoContactError("the solver completes no contact")
@@ -59,15 +58,20 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
 
 
-def _memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:
-    """Points with several retardation times and modulus ratios.
+def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list[dict[str, float]]:
+    """Points with several retardation times, modulus ratios and works of adhesion, as far as they are free.
 
-    An approach shows a stiffer solid than the relaxed one, and a retraction a larger adhesion than the work of it.
+    An approach shows a stiffer solid than the relaxed one.
     """
-    return [
-        {**start, "retardation_time": share * duration, "modulus_ratio": ratio,
-         "relaxed_modulus": start["relaxed_modulus"] * ratio**0.25,
-         "work_of_adhesion": start["work_of_adhesion"] * ratio**0.6}
-        for ratio in _RATIOS
-        for share in _TIMES
-    ]  # fmt: skip
+    starts = [dict(start)]
+    if {"retardation_time", "modulus_ratio"} <= free:
+        starts = [
+            each | {"retardation_time": share * duration, "modulus_ratio": ratio}
+            | {"relaxed_modulus": each["relaxed_modulus"] * ratio**0.25}
+            for each in starts for ratio in _RATIOS for share in _TIMES
+        ]  # fmt: skip
+    if "work_of_adhesion" in free:
+        starts = [
+            each | {"work_of_adhesion": each["work_of_adhesion"] * share} for each in starts for share in _ADHESIONS
+        ]
+    return starts

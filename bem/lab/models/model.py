@@ -110,8 +110,8 @@ class Model:
 
     @property
     def costly(self) -> bool:
-        """Whether a tension is a simulation, and derivatives are taken on one side only."""
-        return self.name == "contact"
+        """Whether derivatives are taken on one side only, because a tension takes long."""
+        return self.name in ("ting", "contact")
 
     @property
     def spans(self) -> bool:
