@@ -34,7 +34,6 @@ from bem.problem.scene import LARGEST_TABOR as HIGHEST_TABOR
 
 AUTO = "auto"
 _ALIKE = 10.0  # difference of the criterion from which two models are told apart
-_BETTER = 0.9  # times the misfit of Hertz, below which adhesion describes a part of what Hertz does not
 _RETRIED = 1.02  # times the misfit of one adhesive model, from which the other is fitted again from its values
 _HIDDEN = 15.0  # of chi-square, by which adhesion with its ends lowers it in one curve of Hertz in twenty
 _TWINS = ("dmt", "jkr")
@@ -75,7 +74,6 @@ def fit(
     resolve_accuracy(accuracy)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
-    setup = setup.replaced(largest_tabor=HIGHEST_TABOR)  # the range of adhesion is the equilibrium gap
     if free is not None:
         model = "contact" if model == AUTO else model
         free = (free,) if isinstance(free, str) else tuple(free)
@@ -132,10 +130,9 @@ class _Choice:
                 by_pull = 4.0 / 3.0 if better.model.name == "dmt" else 0.75  # DMT pulls by 2, JKR by 3/2 pi R w
                 adhesion = by_pull * better.values["work_of_adhesion"]
                 self.fitted(worse.model.name, better.values | {"work_of_adhesion": adhesion})
-        # A sphere that pulls may be described worse by elastic adhesion than by none.
-        pulled = float(np.max((self.data.tension - hertz.problem.baseline)[self.data.weights > 0.0]))
-        adheres = min(each.misfit for each in adhesive) < _BETTER * hertz.misfit
-        adheres = adheres or pulled > STANDS_OUT * self.data.noise
+        # Wrong shapes look like adhesion too, but do not pull.
+        pulled = float(np.max((self.data.tension - hertz.problem.baseline) * self.data.weights))
+        adheres = pulled > STANDS_OUT * self.data.noise
         best = self._best()
         if isinstance(setup.material, PronySeries) and not adheres:
             return self.fitted("ting")
@@ -182,6 +179,9 @@ class _Choice:
         """
         begin = time.process_time()
         model, data, setup = MODELS[name], self.data, self.data.setup
+        if name == "contact":  # the range of adhesion is the equilibrium gap
+            setup = setup.replaced(largest_tabor=HIGHEST_TABOR)
+            data = dataclasses.replace(data, setup=setup)
         known = isinstance(setup.material, PronySeries)
         held = ("retardation_time", "modulus_ratio") if known and name in ("contact", "ting") else ()
         nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
