@@ -70,7 +70,7 @@ PARTS = {"approach": ("ex", "approach", "extend", "trace"), "retraction": ("rt",
 """Words in the titles of paired columns, of which the approach and the retraction each have their own."""
 
 
-def parsed(title: str) -> tuple[str, str, str]:
+def column_of(title: str) -> tuple[str, str, str]:
     """Name of a column, in lower case with underscores, its unit, and the part of a pair that it belongs to."""
     match = _TITLE.fullmatch(title.strip().strip('"')) if len(title) <= _LONGEST_TITLE else None
     if match is None:

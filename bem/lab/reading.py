@@ -15,7 +15,7 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
 from bem.lab.afm_files import InstrumentError, load_afm
-from bem.lab.exporters import EXPORTERS, FACTS, PARTS, parsed
+from bem.lab.exporters import EXPORTERS, FACTS, PARTS, column_of
 from bem.lab.raw_curve import RawCurve, listed
 from bem.lab.text_tables import NUMBER, table_of
 from bem.lab.units import ForceSign, factor
@@ -140,7 +140,7 @@ def _named(
     titles: Sequence[str], units: Sequence[str], rows: FloatArray, path: Path
 ) -> tuple[str, list[dict[str, FloatArray]]]:
     """The exporter that knows most titles, and the columns in SI, of one part or of approach and retraction."""
-    parsed = [parsed(title) for title in titles]
+    parsed = [column_of(title) for title in titles]
     known = {exporter: [name in table for name, _, _ in parsed].count(True) for exporter, table in EXPORTERS.items()}
     exporter = max(EXPORTERS, key=lambda each: (known[each], each == "generic"))
     table = EXPORTERS["generic"] | EXPORTERS[exporter]

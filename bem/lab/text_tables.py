@@ -12,7 +12,7 @@ import numpy as np
 
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
-from bem.lab.exporters import parsed
+from bem.lab.exporters import column_of
 
 _MOST_TEXT = 2**26  # bytes
 _HEADER_LINES = 2000  # before the first row of numbers
@@ -55,7 +55,7 @@ def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, st
         else:
             dropped += 1
     table = np.array(rows)
-    several = any(parsed(title)[2] for title in titles)
+    several = any(column_of(title)[2] for title in titles)
     known = [n for n, title in enumerate(titles[:count]) if title]
     whole = np.isfinite(table[:, known]).all(axis=1) | several
     return titles, units, table[whole], facts, dropped + int(np.count_nonzero(~whole))

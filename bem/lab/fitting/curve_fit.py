@@ -89,10 +89,16 @@ def fit(
         best = choice.made() if model == AUTO else choice.fitted(model)
         if best.model.spans and free is None and "hertz" not in choice.fits:
             choice.fitted("hertz")
+        try:
+            result = choice.result(curve, best)
+        except NoContactError:  # along the whole path, which the search averaged
+            if model != AUTO:
+                raise
+            del choice.fits["contact"]
+            result = choice.result(curve, choice.best())
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    result = result_of(curve, best, choice.judgements[best.model.name], choice.alike(best), list(choice.fits.values()))
-    return dataclasses.replace(result, seconds=choice.seconds)
+    return result
 
 
 def _require_options(setup: Setup, model: str, segment: Segment) -> None:
@@ -133,15 +139,15 @@ class _Choice:
         # Wrong shapes look like adhesion too, but do not pull.
         pulled = float(np.max((self.data.tension - hertz.problem.baseline) * self.data.weights))
         adheres = pulled > STANDS_OUT * self.data.noise
-        best = self._best()
+        best = self.best()
         if isinstance(setup.material, PronySeries) and not adheres:
             return self.fitted("ting")
         if not self._adequate(best) or (self.data.one_way and best.model.name in _TWINS):
             self.fitted("ting")
-        if not self._adequate(self._best()) and adheres and setup.thickness is None:
+        if not self._adequate(self.best()) and adheres and setup.thickness is None:
             with suppress(NoContactError):  # what the solver does not complete is no answer
                 self.fitted("contact")
-        return self._best()
+        return self.best()
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
         """Adequate models that are not told from the best, of one family, by the criterion.
@@ -156,10 +162,15 @@ class _Choice:
         least = best.criterion(best)
         return tuple(each for each in others if self._adequate(each) and each.criterion(best) < least + more)
 
+    def result(self, curve: ForceCurve, best: Fitted) -> FitResult:
+        """The result with this fit as the best."""
+        judgement, tried = self.judgements[best.model.name], list(self.fits.values())
+        return dataclasses.replace(result_of(curve, best, judgement, self.alike(best), tried), seconds=self.seconds)
+
     def _adequate(self, fitted: Fitted) -> bool:
         return self.judgements[fitted.model.name].adequate
 
-    def _best(self) -> Fitted:
+    def best(self) -> Fitted:
         """The adequate model of the lowest criterion so far; where none is adequate, the closest."""
         closest = min(self.fits.values(), key=lambda each: each.misfit)
         adequate = [each for each in self.fits.values() if self._adequate(each)]

@@ -49,7 +49,10 @@ def judge(fitted: Fitted) -> Judgement:
     blocks = [pressed & way & (block == number) for way in ways for number in range(_BLOCKS)]
     hold = slice(data.segments.top, data.segments.leaves + 1)
     blocks += [np.isin(np.arange(residuals.size), part) for part in np.array_split(np.arange(residuals.size)[hold], 4)]
-    gain, count = _gain(fitted, np.column_stack([part for part in blocks if np.count_nonzero(part & counted) > 3]))
+    blocks = [part for part in blocks if np.count_nonzero(part & counted) > 3]
+    if not blocks:
+        return Judgement(False, None, ("Fewer points in contact than a judgement needs.",))
+    gain, count = _gain(fitted, np.column_stack(blocks))
     variance = loud * data.correlated
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The residuals change with depth by more than noise.")

@@ -9,8 +9,10 @@ import pytest
 from bem import PronySeries, simulation
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup, search
+from bem.lab.fitting import result as result_module
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.models import CONTACT_POINT, MODELS, Path
+from bem.lab.models.contact import NoContactError
 from bem.methods.boundary_elements.meshes import master_grid
 from experiments.robustness.lab_coverage import drawn_curve
 from experiments.robustness.lab_curves import CLASSES, UNKNOWN, sphere
@@ -211,6 +213,28 @@ def test_what_the_curve_does_not_determine_is_said(seed):
     assert any(text.startswith(start) for text in said), said
     said = fit(last_digits(hertz, seed), of_hertz, model="dmt", segment="approach").sentences
     assert "The curve does not determine the work of adhesion: a retraction up to detachment would." in said
+
+
+def test_a_handful_of_points_in_contact_is_no_judgement():
+    """No block of the depth held four of them, and the fit ended with an error of NumPy."""
+    depth = np.linspace(-4e-6, 0.05e-6, 400)
+    force = -1e4 / 0.75 * sphere(np.maximum(depth, 0.0), 5e-6) * 200.0
+    force += 1e-3 * np.ptp(force) * np.random.default_rng(0).standard_normal(400)
+    result = fit(over_time(depth, force), Setup(radius=5e-6, work_of_adhesion=1e-4, relaxed_modulus=1e4))
+    assert not result.adequate
+    assert any("Fewer points in contact than a judgement needs" in text for text in result.sentences)
+
+
+def test_a_contact_that_is_not_followed_along_the_whole_path_is_not_chosen(curve, monkeypatch):
+    whole = result_module._whole_tension
+
+    def refusing(best, path):
+        if best.model.name == "contact":
+            raise NoContactError("stopped at the budget")
+        return whole(best, path)
+
+    monkeypatch.setattr(result_module, "_whole_tension", refusing)
+    assert fit(curve, BEAD, accuracy="draft").model != "contact"
 
 
 RAMP = np.linspace(-1e-6, 1e-6, 300)
