@@ -336,8 +336,10 @@ test-demo: setup  ## Test the demonstrator in headless Chromium against Python; 
 	tests/demo/run.sh $(DEMO_MODEL)
 demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (curves.json, solids.json and contacts.json in demo/public)
 	$(PY) -m experiments.demo_curves
-demo-models: setup  ## Export the pretrained models for the demonstrator (demo/public/fast.onnx and accurate.onnx)
-	for model in fast accurate; do $(PY) -m surrogate export $$model --models $(PUBLISHED)/pretrained --out demo/public/$$model.onnx || exit 1; done
+demo-models: setup  ## Write the numbers of fast for the demonstrator (demo/public/fast.bin)
+	$(PY) -m experiments.demo_model
+demo-card: demo-build  ## Take the picture of links to the demonstrator (demo/public/card.png; CHROMIUM=... chooses the browser)
+	cd demo && node card.mjs $(or $(CHROMIUM),$$(command -v chromium))
 demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npmrc
 	@command -v npm >/dev/null || { echo "npm not found; install Node 18 or newer with npm" >&2; exit 1; }
 	cd demo && npm ci --silent
@@ -346,7 +348,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 .PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(COMPARISONS) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
 	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
-	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all
+	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models demo-card help help-all
 help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk paper_figures/captions.toml Makefile
 help-all:  ## List every target

@@ -36,7 +36,7 @@ def test_targets_keep_their_names(targets):
         model-paper-recipe paper-recipe-seeds model-as-worded model-inputs-c model-large model-budgets more-models
         pretrained feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
         test-slow test-emulated test-torch test-minima lint format golden-trajectories lock clean docs
-        docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models help help-all"""
+        docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models demo-card help help-all"""
     assert targets - captions().keys() == set(expected.split())
 
 

@@ -1,47 +1,51 @@
 /** Protocol and view in the address of the page, after the `#`, so that a link shares what is on the screen. */
 
 import { USUAL_VIEW, VIEWS, type View } from "./axes";
-import { PRETRAINED_NAMES } from "./model_file";
-import { complaint, QUANTITIES, type Protocol } from "./protocol";
+import { complaint, QUANTITIES, type Protocol, type Quantity } from "./protocol";
+import { MODELS, type Name } from "./shelf";
 import { Trouble } from "./trouble";
 import { CONTACT, USUAL_CONTACT, type Contact } from "./units";
 
 const DECIMAL = /^\s*[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*$/i;
 
-/** The quantities of a protocol, with the modulus ratio where the model takes it. */
-export function protocolFragment(protocol: Protocol, solid: boolean): string {
-  const given = QUANTITIES.filter((name) => solid || name !== "modulus_ratio");
-  return given.map((name) => `${name}=${Number(protocol[name].toPrecision(8))}`).join("&");
+/** The quantities of a protocol. */
+export function protocolFragment(protocol: Protocol): string {
+  return QUANTITIES.map((name) => `${name}=${Number(protocol[name].toPrecision(8))}`).join("&");
 }
 
-/** What a link says: `model` is undefined for the model of the paper, and else the name of a pretrained one. */
+/** What a link says. */
 export interface State {
   protocol: Protocol;
   view: View;
   contact: Contact;
-  model?: string;
+  model: Name;
+  /** A protocol to compare with. */
+  pinned?: Protocol;
 }
 
-/** The protocol, the model and the view where they are not the usual ones; in laboratory units, the contact too. */
-export function toFragment({ protocol, view, contact, model }: State): string {
+const values = (protocol: Protocol) => QUANTITIES.map((name) => Number(protocol[name].toPrecision(8)));
+
+/** The protocol, and model, view and pinned protocol where they are not the usual ones; in laboratory units, the contact too. */
+export function toFragment({ protocol, view, contact, model, pinned }: State): string {
   const axes = (["time", "force", "units"] as const).filter((axis) => view[axis] !== USUAL_VIEW[axis]);
   const shown = view.units === "laboratory" ? CONTACT : [];
   return [
-    protocolFragment(protocol, model !== undefined),
-    ...(model ? [`model=${model}`] : []),
+    protocolFragment(protocol),
+    ...(model === MODELS[0] ? [] : [`model=${model}`]),
     ...axes.map((axis) => `${axis}=${view[axis]}`),
     ...shown.map((name) => `${name}=${Number(contact[name].toPrecision(8))}`),
+    ...(pinned ? [`pinned=${values(pinned).join(",")}`] : []),
   ].join("&");
 }
 
 /**
- * Read protocol, model and view from a fragment. What it leaves out comes from `fallback` and the usual view; keys that
- * are none of these, as other sites add to links, are passed over.
+ * Read a fragment. What it leaves out comes from `fallback` and the usual view; keys that are none of these, as other
+ * sites add to links, are passed over.
  *
- * @param paper The name of the paper's model, which knows the modulus ratio of `fallback` only.
+ * @param paper The modulus ratio of the paper's model, which knows no other.
  * @throws Trouble naming what is wrong.
  */
-export function fromFragment(fragment: string, fallback: Protocol, paper: string): State {
+export function fromFragment(fragment: string, fallback: Protocol, paper: number): State {
   // A plus sign belongs to an exponent here, it is no space.
   const given = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
   const single = (name: string) => {
@@ -49,41 +53,42 @@ export function fromFragment(fragment: string, fallback: Protocol, paper: string
     if (others.length) throw new Trouble(`The link gives ${name} more than once.`);
     return text;
   };
+  /** A number in a text; of a quantity, one that it may have. */
+  const number = (key: string, text: string, quantity?: Quantity) => {
+    const value = DECIMAL.test(text) ? Number(text) : NaN;
+    const usable = quantity ? !complaint(value, quantity) : value > 0 && Number.isFinite(value);
+    if (!usable) throw new Trouble(`The link gives ${key} = “${text}”, which is no usable number.`);
+    return value;
+  };
+  const choice = <T extends string>(name: string, allowed: readonly T[]): T => {
+    const text = single(name) ?? allowed[0];
+    const found = allowed.find((value) => value === text);
+    if (!found) throw new Trouble(`The link gives ${name} = “${text}”, which is neither ${allowed.join(" nor ")}.`);
+    return found;
+  };
   const protocol = { ...fallback };
   for (const name of QUANTITIES) {
     const text = single(name);
-    if (text === undefined) continue;
-    const value = DECIMAL.test(text) ? Number(text) : NaN;
-    if (complaint(value, name)) throw new Trouble(`The link gives ${name} = “${text}”, which is no usable number.`);
-    protocol[name] = value;
+    if (text !== undefined) protocol[name] = number(name, text, name);
   }
   const contact = { ...USUAL_CONTACT };
   for (const name of CONTACT) {
     const text = single(name);
-    if (text === undefined) continue;
-    const value = DECIMAL.test(text) ? Number(text) : NaN;
-    if (!(value > 0 && Number.isFinite(value)))
-      throw new Trouble(`The link gives ${name} = “${text}”, which is no usable number.`);
-    contact[name] = value;
+    if (text !== undefined) contact[name] = number(name, text);
   }
-  const choice = <T extends string>(name: string, allowed: readonly T[], usual: T): T => {
-    const text = single(name);
-    const found = text === undefined ? usual : allowed.find((value) => value === text);
-    if (!found) throw new Trouble(`The link gives ${name} = “${text}”, which is neither ${allowed.join(" nor ")}.`);
-    return found;
-  };
-  const chosen = choice("model", [paper, ...PRETRAINED_NAMES], paper);
-  const model = chosen === paper ? undefined : chosen;
-  if (!model && protocol.modulus_ratio !== fallback.modulus_ratio) {
-    throw new Trouble(
-      `The link gives modulus_ratio = “${protocol.modulus_ratio}”, but ${paper} knows ${fallback.modulus_ratio} only; ` +
-        `add model=${PRETRAINED_NAMES.join(" or model=")}.`,
-    );
+  const model = choice("model", MODELS);
+  if (model !== "fast" && protocol.modulus_ratio !== paper) {
+    throw new Trouble(`The link gives modulus_ratio = “${protocol.modulus_ratio}”, but ${model} knows ${paper} only.`);
   }
-  const view = {
-    time: choice("time", VIEWS.time, USUAL_VIEW.time),
-    force: choice("force", VIEWS.force, USUAL_VIEW.force),
-    units: choice("units", VIEWS.units, USUAL_VIEW.units),
-  };
-  return { protocol, view, contact, model };
+  const view = { time: choice("time", VIEWS.time), force: choice("force", VIEWS.force), units: choice("units", VIEWS.units) };
+  return { protocol, view, contact, model, pinned: pinnedOf(single("pinned"), number) };
+}
+
+function pinnedOf(text: string | undefined, number: (key: string, text: string, quantity: Quantity) => number) {
+  if (text === undefined) return undefined;
+  const parts = text.split(",");
+  if (parts.length !== QUANTITIES.length) {
+    throw new Trouble(`The link gives pinned = “${text}”, which must be ${QUANTITIES.length} numbers.`);
+  }
+  return Object.fromEntries(QUANTITIES.map((name, i) => [name, number("pinned", parts[i]!, name)])) as Protocol;
 }

@@ -1,117 +1,95 @@
-/** Axes of the charts: real or stretched time, linear or signed logarithmic force. */
+/** Axes of the charts: time by phase or to scale, linear or signed logarithmic force. */
 
+import { evenAxis, type Axis } from "./chart";
 import { significant } from "./format";
-import type { Grid } from "./protocol";
+import { corners, type Protocol } from "./protocol";
 
 export const VIEWS = {
-  /** `steps`: each phase as wide as its number of measurement steps; `real`: true to scale. */
-  time: ["steps", "real"],
+  /** `phases`: linear within each phase, which is as wide as the logarithm of its length; `real`: true to scale. */
+  time: ["phases", "real"],
   force: ["linear", "log"],
   units: ["dimensionless", "laboratory"],
 } as const;
 export type View = { [axis in keyof typeof VIEWS]: (typeof VIEWS)[axis][number] };
-export const USUAL_VIEW: View = { time: "steps", force: "linear", units: "dimensionless" };
+export const USUAL_VIEW: View = { time: "phases", force: "linear", units: "dimensionless" };
 
-export interface AxisStyle {
-  line: string;
-  muted: string;
+// A phase of this length has no width; those of a protocol are longer.
+const SHORTEST = 2e-4;
+const NARROWEST = 0.4;
+
+/** Where instants of a protocol stand on the axis of time. */
+export class TimeScale {
+  readonly corners: readonly number[];
+  /** Places of the corners. */
+  readonly places: readonly number[];
+
+  constructor(
+    protocol: Protocol,
+    private readonly kind: View["time"],
+  ) {
+    this.corners = corners(protocol).times;
+    const places = [0];
+    for (let i = 1; i < 4; i++) places.push(places[i - 1]! + this.width(this.corners[i]! - this.corners[i - 1]!));
+    this.places = places;
+  }
+
+  /** The width of a phase of a duration. */
+  width(duration: number): number {
+    return this.kind === "real" ? duration : Math.max(Math.log10(duration / SHORTEST), NARROWEST);
+  }
+
+  /** The inverse of `width`. */
+  duration(width: number): number {
+    return this.kind === "real" ? width : SHORTEST * 10 ** Math.max(width, NARROWEST);
+  }
+
+  place(time: number): number {
+    return this.kind === "real" ? time : between(time, this.corners, this.places);
+  }
+
+  /** The inverse of `place`. */
+  instant(place: number): number {
+    return this.kind === "real" ? place : between(place, this.places, this.corners);
+  }
+
+  /** @param end The last place, more than that of the protocol while a corner is dragged or another one is longer. */
+  axis(end: number, size: number, name?: string): Axis {
+    const base = { low: 0, high: end, name: name && (this.kind === "real" ? name : `${name}, scale differs by phase`) };
+    if (this.kind === "real") {
+      const { ticks } = evenAxis([0, end], size);
+      return { ...base, ticks: ticks.filter(({ place }) => place <= end) };
+    }
+    return { ...base, ticks: this.places.map((place, i) => ({ place, label: significant(this.corners[i]! * size, 3) })) };
+  }
+
+  phases() {
+    const names = ["loading", "dwell", "unloading"];
+    return names.map((name, i) => ({ name, from: this.places[i]!, to: this.places[i + 1]!, shaded: i === 1 }));
+  }
+}
+
+/** Piecewise linear between four corners. */
+function between(at: number, from: readonly number[], to: readonly number[]): number {
+  const phase = at <= from[1]! ? 0 : at <= from[2]! ? 1 : 2;
+  const share = (at - from[phase]!) / (from[phase + 1]! - from[phase]!);
+  return to[phase]! + share * (to[phase + 1]! - to[phase]!);
 }
 
 /** sign(x) log10(1 + |x|): linear near zero, logarithmic far from it. */
-export function toSignedLog(value: number): number {
+function toSignedLog(value: number): number {
   return Math.sign(value) * Math.log10(1 + Math.abs(value));
 }
 
-/** Zero and powers of ten up to the first beyond the data, on each side where there is data, as numbers of the axis. */
-export function signedLogTicks(values: readonly number[]): { places: number[]; labels: string[] } {
-  const [low, high] = [Math.min(...values), Math.max(...values)];
+/** An axis of force through values; `height` gives the place of one. */
+export function forceAxis(values: readonly number[], kind: View["force"], size: number): { axis: Axis; height: (value: number) => number } {
+  if (kind === "linear") return { axis: evenAxis(values, size), height: (value) => value };
+  const height = (value: number) => toSignedLog(value * size);
+  const [low, high] = [Math.min(...values) * size, Math.max(...values) * size];
   const decades = (reach: number) => {
-    const ticks = [];
-    for (let tick = 1; reach > 0 && ticks.length < 8; tick *= 10) {
-      ticks.push(tick);
-      if (tick >= reach) break;
-    }
-    return ticks;
+    const count = Math.min(Math.max(Math.ceil(Math.log10(reach) - 1e-9), 0) + 1, 8);
+    return reach > 0 ? Array.from({ length: count }, (_, power) => 10 ** power) : [];
   };
-  const ticks = [
-    ...decades(-low)
-      .map((tick) => -tick)
-      .reverse(),
-    0,
-    ...decades(high),
-  ];
-  return { places: ticks.map(toSignedLog), labels: ticks.map((tick) => significant(tick)) };
-}
-
-export function valueAxis(name: string, style: AxisStyle, ticks?: { places: number[]; labels: string[] }) {
-  const label = { color: style.muted, fontSize: 11.5 };
-  const base = {
-    type: "value",
-    name,
-    nameTextStyle: { color: style.muted, fontSize: 12 },
-    scale: true,
-    axisLine: { show: true, onZero: false, lineStyle: { color: style.line } },
-    axisTick: { show: true, lineStyle: { color: style.line } },
-    splitLine: { show: true, lineStyle: { color: style.line, opacity: 0.6 } },
-    axisLabel: { ...label, formatter: (value: number) => significant(value, 6), hideOverlap: true },
-  };
-  if (!ticks) return base;
-  const { places, labels } = ticks;
-  const nearest = (value: number) => labels[places.findIndex((place) => Math.abs(place - value) < 1e-9)] ?? "";
-  return {
-    ...base,
-    min: places[0],
-    max: places.at(-1),
-    axisTick: { ...base.axisTick, customValues: places },
-    splitLine: { ...base.splitLine, customValues: places },
-    axisLabel: { ...label, customValues: places, formatter: nearest },
-  };
-}
-
-export function timeAxis(grid: Grid, view: View, style: AxisStyle, unit: string) {
-  const stretched = view.time === "steps";
-  const last = grid.ends[2];
-  const corners = [0, ...grid.ends];
-  const base = valueAxis("", style);
-  const axis = {
-    ...base,
-    name: unit && (stretched ? `time / ${unit}, each phase stretched` : `time / ${unit}`),
-    nameLocation: "middle",
-    nameGap: 26,
-    min: 0,
-    max: stretched ? last : grid.times[last],
-    splitLine: { show: false },
-  };
-  if (!stretched) return { ...axis, axisLabel: { ...base.axisLabel, showMaxLabel: false } };
-  return {
-    ...axis,
-    axisTick: { ...base.axisTick, customValues: corners },
-    axisLabel: {
-      ...base.axisLabel,
-      customValues: corners,
-      formatter: (step: number) => significant(grid.times[Math.round(step)] ?? NaN, 3),
-      alignMaxLabel: "right",
-    },
-  };
-}
-
-/** Shade the dwell and name the phases. */
-export function phaseBands(grid: Grid, instant: (step: number) => number, band: string, text: string) {
-  const [onset, end, last] = grid.ends;
-  const total = instant(last);
-  const phase = (name: string, from: number, to: number, shaded: boolean) => {
-    const wide = instant(to) - instant(from) > 0.12 * total;
-    return [
-      {
-        xAxis: instant(from),
-        itemStyle: { color: shaded ? band : "transparent" },
-        label: { show: wide, formatter: name, position: "insideBottom", color: text, fontSize: 11 },
-      },
-      { xAxis: instant(to) },
-    ];
-  };
-  return {
-    silent: true,
-    data: [phase("loading", 0, onset, false), phase("dwell", onset, end, true), phase("unloading", end, last, false)],
-  };
+  const all = [...decades(-low).map((tick) => -tick).reverse(), 0, ...decades(high)];
+  const ticks = all.map((tick) => ({ place: toSignedLog(tick), label: significant(tick) }));
+  return { axis: { low: ticks[0]!.place, high: ticks.at(-1)!.place, ticks }, height };
 }

@@ -1,22 +1,26 @@
 /**
- * The contact itself, of a solver curve: sphere, surface, and traction as colour, on a canvas with a slider and a play
- * button. The profiles are written by `python -m experiments.demo_curves`, on equally spaced radii.
+ * The contact itself, of a computed protocol: sphere, surface, and traction as colour, on a canvas with a slider and a
+ * play button. The profiles are written by `python -m experiments.demo_curves`, on equally spaced radii; the build puts
+ * each protocol's into a file of its own, so that the first picture needs one of them.
  *
  * Units: radius in β, heights in h0, traction in Δγ / h0, positive in tension.
  */
 
+import { title, type Curve } from "./curves";
 import { fetchFile } from "./files";
 import { significant } from "./format";
+import { colours } from "./ink";
 import { linearly, type Grid } from "./protocol";
-import { colours } from "./series";
 import { Trouble } from "./trouble";
+import { DIMENSIONLESS, handy, type Units } from "./units";
 
-const FILE = "./contacts.json";
-const PAUSE = 90;
+/** Pause between two pictures in ms, and how far one is from the next, in recorded instants. */
+const PAUSE = 40;
+const STRIDE = 0.4;
 const WHAT = "The profiles of the contact";
 
 interface Entry {
-  name: string;
+  nodes: number;
   /** The largest radius. */
   reach: number;
   times: number[];
@@ -29,8 +33,7 @@ interface Entry {
   traction: string;
 }
 
-export interface Profiles extends Omit<Entry, "surface" | "traction"> {
-  nodes: number;
+interface Profiles extends Omit<Entry, "surface" | "traction"> {
   surface: Float64Array;
   /** From -1, the strongest push, to 1, the strongest pull. */
   traction: Float64Array;
@@ -39,38 +42,35 @@ export interface Profiles extends Omit<Entry, "surface" | "traction"> {
 const bytes = (text: string) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
 /**
- * The contacts by the names of their curves.
+ * The contact of a curve.
  *
- * @throws Trouble where they cannot be had.
+ * @throws Trouble where it cannot be had.
  */
-export async function loadProfiles(): Promise<Map<string, Profiles>> {
-  const content = new TextDecoder().decode(await fetchFile(FILE, WHAT));
+async function loadProfiles(name: string): Promise<Profiles> {
+  const file = `./contact-${name}.json`;
+  const content = new TextDecoder().decode(await fetchFile(file, WHAT));
   try {
-    const { nodes, contacts } = JSON.parse(content) as { nodes: number; contacts: Entry[] };
-    return new Map(contacts.map((entry) => [entry.name, unpacked(entry, nodes)]));
+    return unpacked(JSON.parse(content) as Entry);
   } catch {
-    throw new Trouble(`${WHAT} could not be read: ${FILE} is not what experiments.demo_curves writes.`);
+    throw new Trouble(`${WHAT} could not be read: ${file} is not what the build writes.`);
   }
 }
 
-function unpacked(entry: Entry, nodes: number): Profiles {
+function unpacked(entry: Entry): Profiles {
   const [heights, tractions] = [bytes(entry.surface), bytes(entry.traction)];
-  const size = nodes * entry.times.length;
+  const size = entry.nodes * entry.times.length;
   if (heights.length !== 2 * size || tractions.length !== size) throw new Error("cut");
   const view = new DataView(heights.buffer);
   const surface = Float64Array.from({ length: size }, (_, i) => {
     return entry.low + ((entry.high - entry.low) * view.getUint16(2 * i, true)) / 65535;
   });
-  return { ...entry, nodes, surface, traction: Float64Array.from(tractions, (level) => (level - 128) / 127) };
+  return { ...entry, surface, traction: Float64Array.from(tractions, (level) => (level - 128) / 127) };
 }
 
-/** What the film needs to know of the solver's curve. */
-export interface Scene {
+interface Scene {
   contact: Profiles;
-  tabor: number;
+  curve: Curve;
   grid: Grid;
-  force: readonly number[];
-  pullOffTime: number;
 }
 
 export class Film {
@@ -78,13 +78,18 @@ export class Film {
   private readonly slider: HTMLInputElement;
   private readonly button: HTMLButtonElement;
   private readonly words: HTMLElement;
+  private readonly known = new Map<string, Promise<Profiles>>();
+  private wanted?: string;
   private scene?: Scene;
+  private units = DIMENSIONLESS;
   private timer?: number;
+  /** The first contact moves at once, unless the reader wants no motion. */
+  private opening = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-  /** @param moved Is told the place of what is shown between the measurement steps; undefined where there is none. */
+  /** @param moved Is told the instant that is shown. */
   constructor(
     private readonly host: HTMLElement,
-    private readonly moved: (step: number | undefined) => void,
+    private readonly moved: (time: number) => void,
   ) {
     this.canvas = host.querySelector("canvas")!;
     this.slider = host.querySelector("input")!;
@@ -99,28 +104,60 @@ export class Film {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
 
-  /** Show the contact of a curve, at its pull-off, or none. */
-  show(scene: Scene | undefined): void {
-    const same = scene && scene.contact === this.scene?.contact;
-    this.scene = scene;
-    this.host.hidden = !scene;
-    if (!same) this.stop();
-    if (scene && !same) {
-      const away = scene.contact.times.map((time) => Math.abs(time - scene.pullOffTime));
-      this.slider.max = String(away.length - 1);
-      this.slider.value = String(away.indexOf(Math.min(...away)));
+  /**
+   * Show the contact of a curve, at its pull-off.
+   *
+   * @param grid The steps of the curve.
+   * @param own Whether it is that of the protocol on the page, and not the nearest one.
+   * @param units Of the numbers beside it.
+   * @throws Trouble where it cannot be had.
+   */
+  async show(curve: Curve, grid: Grid, own: boolean, units: Units): Promise<void> {
+    this.units = units;
+    const { tabor, peak_indentation: peak, modulus_ratio: ratio } = curve.protocol;
+    const about = `${title(curve)}, μ ${significant(tabor, 3)}, peak ${significant(peak, 3)}, k ${significant(ratio, 2)}`;
+    const caption = own ? `The computed contact: ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
+    this.host.querySelector("figcaption span")!.textContent = caption;
+    this.host.dataset["own"] = String(own);
+    if (this.wanted === curve.name) return this.draw();
+    this.wanted = curve.name;
+    const loading = this.known.get(curve.name) ?? loadProfiles(curve.name);
+    this.known.set(curve.name, loading);
+    loading.catch(() => this.known.delete(curve.name));
+    const contact = await loading;
+    if (this.wanted !== curve.name) return;
+    this.stop();
+    this.scene = { contact, curve, grid };
+    this.slider.max = String(contact.times.length - 1);
+    this.rest();
+    if (this.opening) {
+      this.slider.value = "0";
+      this.play();
     }
-    this.draw();
+    this.opening = false;
+    this.host.dataset["shown"] = curve.name;
   }
 
+  /** From here, or from the approach, to the release, and back to the pull-off. */
   private play(): void {
     if (Number(this.slider.value) >= Number(this.slider.max)) this.slider.value = "0";
     this.name("Pause");
     this.timer = window.setInterval(() => {
-      this.slider.valueAsNumber += 1;
-      this.draw();
-      if (this.slider.valueAsNumber >= Number(this.slider.max)) this.stop();
+      if (this.slider.valueAsNumber < Number(this.slider.max)) {
+        this.slider.valueAsNumber += STRIDE;
+        return this.draw();
+      }
+      this.stop();
+      this.rest();
     }, PAUSE);
+  }
+
+  /** Stand at the pull-off. */
+  private rest(): void {
+    const { contact, curve } = this.scene!;
+    const away = contact.times.map((time) => Math.abs(time - curve.results.pull_off_time));
+    this.slider.value = String(away.indexOf(Math.min(...away)));
+    this.draw();
   }
 
   private stop(): void {
@@ -135,23 +172,26 @@ export class Film {
   }
 
   private draw(): void {
-    if (!this.scene) return this.moved(undefined);
-    const { contact, grid, force } = this.scene;
-    const frame = this.slider.valueAsNumber;
-    const time = contact.times[frame]!;
-    const [depth, load] = [grid.indentations, force].map((values) => linearly(time, grid.times, values)) as [
-      number,
-      number,
-    ];
-    const said = [`t ${significant(time, 3)}`, `δ ${significant(depth, 3)}`, `P ${significant(load, 3)}`].join(" · ");
+    if (!this.scene) return;
+    const { contact, curve, grid } = this.scene;
+    const place = this.slider.valueAsNumber;
+    const time = linearly(place, [...contact.times.keys()], contact.times);
+    const [depth, load] = [grid.indentations, curve.force].map((values) => linearly(time, grid.times, values)) as [number, number];
+    const { units } = this;
+    const quantities = [["t", time, units.time], ["δ", depth, units.length], ["P", load, units.force]] as const;
+    const words = quantities.map(([symbol, value, scale]) => {
+      const { size, name } = handy(scale, units.laboratory, value);
+      return `${symbol} ${significant(value * size, 3)}${units.laboratory ? `\u00a0${name}` : ""}`;
+    });
+    const said = words.join(" · ");
     this.words.textContent = said;
     this.slider.setAttribute("aria-valuetext", said);
     this.canvas.setAttribute("aria-label", `Sphere and surface at ${said}`);
-    this.paint(this.scene, frame, depth);
-    this.moved(linearly(time, grid.times, [...grid.times.keys()]));
+    this.paint(this.scene, place, depth);
+    this.moved(time);
   }
 
-  private paint({ contact, tabor, grid }: Scene, frame: number, depth: number): void {
+  private paint({ contact, curve, grid }: Scene, place: number, depth: number): void {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (width === 0 || height === 0) return;
@@ -164,8 +204,13 @@ export class Film {
     const top = Math.max(high, 1 - grid.indentations[0]!) + 1.5;
     const across = (radius: number) => (0.5 + (0.5 * radius) / reach) * width;
     const up = (z: number) => ((top - z) / (top - bottom)) * height;
-    const sphere = (radius: number) => 1 - depth + 0.5 * tabor * radius ** 2;
-    const at = (i: number) => frame * nodes + Math.abs(i);
+    const sphere = (radius: number) => 1 - depth + 0.5 * curve.protocol.tabor * radius ** 2;
+    const [before, after] = [Math.floor(place), Math.min(Math.floor(place) + 1, contact.times.length - 1)];
+    /** Between two recorded instants. */
+    const of = (values: Float64Array, i: number) => {
+      const [from, to] = [values[before * nodes + Math.abs(i)]!, values[after * nodes + Math.abs(i)]!];
+      return from + (place - before) * (to - from);
+    };
     const radius = (i: number) => (reach * i) / (nodes - 1);
     const all = Array.from({ length: 2 * nodes - 1 }, (_, i) => i - nodes + 1);
     const ink = colours();
@@ -179,13 +224,13 @@ export class Film {
       pen.fill();
     };
     const outline = all.map((i) => [across(radius(i)), up(sphere(radius(i)))]);
-    const surface = all.map((i) => [across(radius(i)), up(contact.surface[at(i)]!)]);
+    const surface = all.map((i) => [across(radius(i)), up(of(contact.surface, i))]);
     fill(outline, -height, ink.sphere);
     fill(surface, height, ink.solid);
     pen.lineCap = "round";
     pen.lineWidth = 4;
     for (let k = 1; k < surface.length; k++) {
-      const mean = 0.5 * (contact.traction[at(all[k]!)]! + contact.traction[at(all[k - 1]!)]!);
+      const mean = 0.5 * (of(contact.traction, all[k]!) + of(contact.traction, all[k - 1]!));
       pen.beginPath();
       pen.moveTo(surface[k - 1]![0]!, surface[k - 1]![1]!);
       pen.lineTo(surface[k]![0]!, surface[k]![1]!);

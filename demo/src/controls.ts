@@ -1,8 +1,7 @@
 /** One slider and one number box for each quantity, kept in step; the slider moves in the logarithm. */
 
 import { significant } from "./format";
-import { isOutside } from "./model";
-import type { Ranges } from "./model_file";
+import { isOutside, type Ranges } from "./model";
 import { complaint, LABELS, QUANTITIES, type Protocol, type Quantity } from "./protocol";
 
 const NOTCHES = 400;

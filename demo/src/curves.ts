@@ -87,9 +87,13 @@ export function curveOf(curves: readonly Curve[], protocol: Protocol): Curve | u
   return curves.find((curve) => sameProtocol(protocol, curve.protocol));
 }
 
-/** The curve whose protocol is nearest in the logarithms of the quantities. */
+/** The curve whose protocol is nearest in the logarithms of the quantities, each scaled by its range among the curves. */
 export function nearestCurve(curves: readonly Curve[], protocol: Protocol): Curve {
+  const widths = QUANTITIES.map((name) => {
+    const logarithms = curves.map((curve) => Math.log(curve.protocol[name]));
+    return Math.max(...logarithms) - Math.min(...logarithms) || 1;
+  });
   const distance = (curve: Curve) =>
-    QUANTITIES.reduce((sum, name) => sum + Math.log(protocol[name] / curve.protocol[name]) ** 2, 0);
+    QUANTITIES.reduce((sum, name, i) => sum + (Math.log(protocol[name] / curve.protocol[name]) / widths[i]!) ** 2, 0);
   return curves.reduce((best, curve) => (distance(curve) < distance(best) ? curve : best));
 }

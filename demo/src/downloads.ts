@@ -6,8 +6,7 @@ import type { Protocol } from "./protocol";
 import type { Units } from "./units";
 
 /**
- * One row for each measurement step; numbers in full precision. A pretrained model adds the modulus ratio and its band,
- * which is empty outside the training; laboratory units add columns in SI units.
+ * One row for each measurement step; numbers in full precision. `fast` adds the modulus ratio and its band; laboratory units add columns in SI units.
  */
 export function csv(
   protocol: Protocol,
@@ -21,7 +20,6 @@ export function csv(
   const banded = band ? ["modulus_ratio", "force_lower", "force_upper"] : [];
   const header = ["time", "indentation", "tabor", "edge", "phase", "force", ...banded];
   if (solver) header.push("solver_force");
-  const finite = (value: number) => (Number.isFinite(value) ? value : "");
   if (laboratory) header.push("time_s", "indentation_m", "force_N");
   const si = (i: number) =>
     laboratory
@@ -30,7 +28,7 @@ export function csv(
   const rows = [...grid.times].map((time, i) =>
     [
       ...[time, grid.indentations[i], protocol.tabor, grid.edge[i], phase(i), force[i]],
-      ...(band ? [protocol.modulus_ratio, finite(band.lower[i]!), finite(band.upper[i]!)] : []),
+      ...(band ? [protocol.modulus_ratio, band.lower[i], band.upper[i]] : []),
       ...(solver ? [solver[i]] : []),
       ...si(i),
     ].join(","),
@@ -49,9 +47,8 @@ export function downloadPng(url: string, name: string): void {
 }
 
 /** The name of a downloaded file, without its suffix. */
-export function fileName(protocol: Protocol, model: string | undefined): string {
-  const words = protocolFragment(protocol, model !== undefined).replaceAll("=", "-").replaceAll("&", "_");
-  return `contact_${words}${model ? `_${model}` : ""}`;
+export function fileName(protocol: Protocol, model: string): string {
+  return `contact_${protocolFragment(protocol).replaceAll("=", "-").replaceAll("&", "_")}_${model}`;
 }
 
 function download(url: string, name: string): void {

@@ -14,7 +14,3 @@ export function percent(value: number): string {
   if (value < 0.01) return "<\u00a00.01\u00a0%";
   return `${value < 10 ? value.toFixed(2) : value.toFixed(1)}\u00a0%`;
 }
-
-export function milliseconds(value: number): string {
-  return value < 10 ? value.toFixed(1) : value.toFixed(0);
-}

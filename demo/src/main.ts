@@ -1,25 +1,28 @@
 /** The page: whatever changes protocol or model leads to one prediction, and that to one drawing. */
 
 import { fromFragment, toFragment, type State } from "./address";
-import { Film, loadProfiles, type Profiles } from "./contact";
+import { Film } from "./contact";
 import { Controls } from "./controls";
-import { curveOf, nearestCurve, type Curve } from "./curves";
+import { curveOf, loadCurves, nearestCurve, type Curve } from "./curves";
 import { csv, downloadCsv, downloadPng, fileName } from "./downloads";
-import { percent, significant } from "./format";
+import { percent } from "./format";
 import { forceError, median, relativeError } from "./measures";
-import type { Prediction } from "./model";
-import { PRETRAINED_NAMES } from "./model_file";
+import { outside, type Prediction, type Ranges } from "./model";
+import { physicalGrid } from "./physical_steps";
 import { Picker } from "./picker";
 import { Plots } from "./plots";
-import { LABELS, QUANTITIES, type Protocol } from "./protocol";
-import { listCurves, showComparison, showExtrapolation, showInference, showResults, solverResults } from "./results";
+import { measurementGrid, type Protocol } from "./protocol";
+import { brief, listCurves, ofSolver, showComparison, showOutside, showResults, type Computed } from "./results";
 import { reachable } from "./scrollers";
-import { Shelf, type Loaded } from "./shelf";
+import { MODELS, Shelf, type Loaded, type Name } from "./shelf";
 import { tell, Trouble, untell } from "./trouble";
-import { converted, DIMENSIONLESS, unitsOf, type Units } from "./units";
+import { DIMENSIONLESS, unitsOf, type Units } from "./units";
 import { ViewControls } from "./view_controls";
 
-const RECENT = 20;
+/** Of `fast`, so that the page has its sliders before that: the build reads them off its file. */
+declare const FAST_RANGES: Ranges;
+/** The computed protocol with which the page opens. */
+const OPENING = "paper-4";
 const ADDRESS_DELAY = 150;
 const byId = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
@@ -28,140 +31,125 @@ class Page {
   private readonly picker: Picker;
   private readonly plots: Plots;
   private readonly film: Film;
-  /** The contacts of the solver's curves, once they are loaded. */
-  private profiles?: Map<string, Profiles>;
   private readonly look: ViewControls;
   private readonly fallback: Protocol;
-  private recent: number[] = [];
   /** How often a model was asked for: the last one asked for is shown. */
   private turns = 0;
-  private loaded: Loaded;
-  /** The name of a pretrained model; undefined for the paper's. */
-  private chosen?: string;
+  private chosen: Name = MODELS[0];
+  /** Undefined until the first model is there. */
+  private loaded?: Loaded;
   private protocol: Protocol;
-  /** The modulus ratio that a pretrained model had last, while the paper's model shows its own. */
-  private ratio: number;
-  private shown?: { protocol: Protocol; prediction: Prediction; curve?: Curve; by: Loaded; chosen?: string };
+  private pinned?: Protocol;
+  private shown?: { protocol: Protocol; prediction?: Prediction; pinned?: Prediction; computed?: Computed };
   private waiting = false;
   private addressTimer?: number;
 
   constructor(private readonly shelf: Shelf) {
-    this.loaded = shelf.paper;
-    this.fallback = this.loaded.set.curves[0]!.protocol;
+    const { curves } = shelf.solids;
+    this.fallback = (curves.find(({ name }) => name === OPENING) ?? curves[0]!).protocol;
     this.protocol = this.fallback;
-    this.ratio = this.fallback.modulus_ratio;
-    const { ranges } = this.loaded.model;
-    this.controls = new Controls(byId("controls"), ranges, this.fallback, (protocol) => this.change(protocol));
-    const [protocol, history, loop, residual] = ["protocol", "history", "loop", "residual"].map((id) => byId(id));
-    this.plots = new Plots({ protocol: protocol!, history: history!, loop: loop!, residual: residual! });
-    this.film = new Film(byId("film"), (step) => this.plots.mark(step));
-    this.picker = new Picker(
-      () => this.protocol,
-      (curve) => this.show(curve.protocol),
-    );
+    this.controls = new Controls(byId("controls"), FAST_RANGES, this.fallback, (protocol) => this.change(protocol));
+    const [history, loop, protocol] = ["history", "loop", "protocol"].map((id) => byId(id));
+    const drawn = { history: history!, loop: loop!, protocol: protocol! };
+    const current = () => this.protocol;
+    this.plots = new Plots(drawn, current, (changed) => this.show(changed));
+    this.film = new Film(byId("film"), (time) => this.plots.mark(this.shown?.computed ? time : undefined));
+    this.picker = new Picker(current, (curve) => this.show(curve.protocol));
+    this.picker.fill(curves);
     this.look = new ViewControls(() => this.draw());
     this.listen();
   }
 
-  /** Show what the address says. */
+  /** Show what the address says: what is computed at once, and then a prediction. */
   async open(): Promise<void> {
+    let state: State = { protocol: this.fallback, view: this.look.view, contact: this.look.contact, model: MODELS[0] };
+    let trouble = "";
     try {
-      const { protocol, view, contact, model } = fromFragment(
-        location.hash,
-        this.fallback,
-        this.shelf.paper.model.name,
-      );
-      if (!(await this.take(model))) return;
-      this.look.show(view, contact);
-      this.show(protocol);
+      state = fromFragment(location.hash, this.fallback, this.shelf.solids.modulus_ratio);
     } catch (error) {
-      await this.take(undefined);
-      this.show(this.fallback);
-      tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
+      trouble = `${(error as Error).message} Showing the first protocol instead.`;
     }
-  }
-
-  /**
-   * Load the contacts of the solver's curves, which the page also does without.
-   *
-   * @throws Trouble where they cannot be had.
-   */
-  async watch(): Promise<void> {
-    this.profiles = await loadProfiles();
-    this.draw();
+    this.look.show(state.view, state.contact);
+    this.pinned = state.pinned;
+    await this.show(state.protocol);
+    if (this.loaded === undefined) document.body.dataset["state"] = "drawn";
+    if (trouble) tell(trouble);
+    await this.choose(state.model, true);
   }
 
   /**
    * Put a model on the page, with its ranges and its solver curves.
    *
-   * @returns Whether it is on the page: not where another one was asked for meanwhile.
-   * @throws Trouble where it cannot be had; the model before stays.
+   * @param stay Keeps the protocol also where the model knows one solid only.
    */
-  private async take(chosen: string | undefined): Promise<boolean> {
+  private async choose(chosen: Name, stay = false): Promise<void> {
     const turn = ++this.turns;
     document.body.dataset["model"] = "loading";
+    byId("loading").textContent = this.loaded?.model.name === chosen ? "" : `Loading ${chosen}…`;
+    const before = this.loaded;
     try {
       const loaded = await this.shelf.get(chosen);
-      if (turn !== this.turns) return false;
-      this.loaded = loaded;
-      this.chosen = chosen;
+      if (turn !== this.turns) return;
+      [this.loaded, this.chosen] = [loaded, chosen];
     } catch (error) {
-      if (turn !== this.turns) return false;
-      throw error;
-    } finally {
-      if (turn === this.turns) byId<HTMLInputElement>(`model-${this.chosen ?? "paper"}`).checked = true;
+      if (turn !== this.turns) return;
+      const kept = this.loaded ? "The model before stays." : "The page shows what the solver has computed.";
+      tell(`${error instanceof Trouble ? error.message : String(error)} ${kept}`);
     }
-    const { model, set } = this.loaded;
-    this.recent = [];
-    const others = PRETRAINED_NAMES.join(" and ");
-    this.controls.suit(model.ranges, `${model.name} knows this solid only; ${others} know any.`);
+    byId("loading").textContent = "";
+    byId<HTMLInputElement>(`model-${this.chosen}`).checked = true;
+    if (this.loaded && this.loaded !== before) await this.suit(this.loaded);
+    if (turn !== this.turns) return;
+    const ratio = this.chosen === "fast" || stay ? this.protocol.modulus_ratio : this.shelf.solids.modulus_ratio;
+    const next = { ...this.protocol, modulus_ratio: ratio };
+    this.controls.show(next);
+    this.protocol = next;
+    await this.predict();
+    document.body.dataset["model"] = this.loaded?.model.name ?? "none";
+  }
+
+  private async suit(loaded: Loaded): Promise<void> {
+    const { model, set } = loaded;
+    this.controls.suit(model.ranges, `${model.name} knows this solid only; fast knows any.`);
+    this.plots.corners.ranges = model.ranges;
     this.picker.fill(set.curves);
     byId("steps").textContent = String(set.counts.reduce((sum, count) => sum + count));
-    await this.compareAll();
-    if (turn === this.turns) document.body.dataset["model"] = model.name;
-    return turn === this.turns;
+    await this.compareAll(loaded);
   }
 
-  /** Change to another model, and keep the protocol. */
-  private async choose(chosen: string | undefined): Promise<void> {
-    try {
-      if (!(await this.take(chosen))) return;
-    } catch (error) {
-      document.body.dataset["model"] = this.loaded.model.name;
-      tell(`${(error as Error).message} The model before stays.`);
-      return;
+  /** Predict all computed protocols and list the errors. */
+  private async compareAll({ model, set }: Loaded): Promise<void> {
+    const rows = [];
+    for (const curve of set.curves) {
+      const prediction = await model.predict(curve.protocol);
+      const [top] = ofSolver({ curve, grid: prediction.grid }, prediction.band !== undefined);
+      const pullOffError = relativeError(prediction.pullOff.force, top);
+      rows.push({ curve, error: forceError(prediction.force, curve.force), pullOffError });
     }
-    const ratio = this.loaded.model.banded ? this.ratio : this.fallback.modulus_ratio;
-    this.show({ ...this.protocol, modulus_ratio: ratio });
-  }
-
-  /** Predict all published protocols at once and list the errors. */
-  private async compareAll(): Promise<void> {
-    const { model, set } = this.loaded;
-    const predictions = await model.predict(set.curves.map((curve) => curve.protocol));
-    const rows = set.curves.map((curve, i) => {
-      const { grid, force, pullOff } = predictions[i]!;
-      const top = solverResults(grid, curve, model.banded).pull_off_force;
-      return { curve, error: forceError(force, curve.force), pullOffError: relativeError(pullOff.force, top) };
-    });
     listCurves(rows, (curve) => this.show(curve.protocol));
     byId("curve-summary").textContent =
-      `Solver curves of ${rows.length} published protocols: median force error ${percent(median(rows.map((row) => row.error)))}, ` +
+      `The ${rows.length} computed protocols: median force error ${percent(median(rows.map((row) => row.error)))}, ` +
       `median pull-off error ${percent(median(rows.map((row) => row.pullOffError)))}`;
   }
 
   private listen(): void {
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=model]")) {
-      input.addEventListener("change", () => void this.choose(input.value || undefined));
-    }
-    const file = () => fileName(this.shown!.protocol, this.shown!.chosen);
+    for (const name of MODELS) byId(`model-${name}`).addEventListener("change", () => void this.choose(name));
     byId("csv").addEventListener("click", () => {
-      const { protocol, prediction, curve } = this.shown!;
-      downloadCsv(csv(protocol, prediction, this.units(protocol), curve?.force), file());
+      const { protocol, prediction, computed } = this.shown!;
+      if (prediction) downloadCsv(csv(protocol, prediction, this.units(protocol), computed?.curve.force), this.file());
     });
-    byId("png").addEventListener("click", () => downloadPng(this.plots.png(), file()));
+    byId("png").addEventListener("click", () => {
+      const [film, caption] = ["canvas", "figcaption span"].map((part) => byId("film").querySelector(part)!);
+      downloadPng(this.plots.png(film as HTMLCanvasElement, caption!.textContent), this.file());
+    });
     byId("share").addEventListener("click", () => void this.share());
+    byId("pin").addEventListener("click", () => this.pin(this.protocol));
+    byId("unpin").addEventListener("click", () => this.pin(undefined));
     addEventListener("hashchange", () => void this.open());
+  }
+
+  private file(): string {
+    return fileName(this.shown!.protocol, this.chosen);
   }
 
   private async share(): Promise<void> {
@@ -175,17 +163,21 @@ class Page {
     setTimeout(() => (byId("share-note").textContent = ""), 4000);
   }
 
-  private show(protocol: Protocol): void {
-    this.controls.show(protocol);
-    this.change(protocol);
+  private pin(protocol: Protocol | undefined): void {
+    this.pinned = protocol;
+    void this.change(this.protocol);
   }
 
-  private change(protocol: Protocol): void {
+  private show(protocol: Protocol): Promise<void> {
+    this.controls.show(protocol);
+    return this.change(protocol);
+  }
+
+  private async change(protocol: Protocol): Promise<void> {
     untell();
     // A copy, so that a prediction under way sees that it is no longer the one asked for.
     this.protocol = { ...protocol };
-    if (this.loaded.model.banded) this.ratio = protocol.modulus_ratio;
-    if (!this.waiting) void this.predict();
+    if (!this.waiting) await this.predict();
   }
 
   /** One prediction at a time; what changes meanwhile is predicted next. */
@@ -195,12 +187,8 @@ class Page {
       let done: Protocol;
       do {
         done = this.protocol;
-        const by = this.loaded;
-        const chosen = this.chosen;
-        const [prediction] = await by.model.predict([done]);
-        this.recent.push(prediction!.milliseconds);
-        if (this.recent.length > RECENT) this.recent.shift();
-        this.shown = { protocol: done, prediction: prediction!, curve: curveOf(by.set.curves, done), by, chosen };
+        const pinned = this.pinned && (await this.ask(this.pinned));
+        this.shown = { protocol: done, prediction: await this.ask(done), pinned, computed: this.computed(done) };
         await new Promise(requestAnimationFrame);
         this.draw();
       } while (done !== this.protocol);
@@ -211,34 +199,50 @@ class Page {
     }
   }
 
-  private units(protocol: Protocol): Units {
+  /** A prediction, where there is a model, and the protocol lies within its training. */
+  private async ask(protocol: Protocol): Promise<Prediction | undefined> {
+    const model = this.loaded?.model;
+    return model && outside(protocol, model.ranges).length === 0 ? model.predict(protocol) : undefined;
+  }
+
+  private computed(protocol: Protocol): Computed | undefined {
+    const set = this.loaded?.set ?? this.shelf.solids;
+    const curve = curveOf(set.curves, protocol);
+    const grid = set === this.shelf.solids ? physicalGrid : measurementGrid;
+    return curve && { curve, grid: grid(protocol, set.counts) };
+  }
+
+  private units({ tabor }: Protocol): Units {
     const { view, contact } = this.look;
-    return view.units === "laboratory" ? unitsOf(contact, protocol.tabor) : DIMENSIONLESS;
+    return view.units === "laboratory" ? unitsOf(contact, tabor) : DIMENSIONLESS;
   }
 
   private draw(): void {
     if (!this.shown) return;
     const { view } = this.look;
     byId("contact").hidden = view.units !== "laboratory";
-    const { protocol, prediction, curve, by } = this.shown;
-    const { model, set } = by;
-    byId("model-name").textContent = model.name;
-    byId("solid").textContent = significant(protocol.modulus_ratio, 3);
-    const outside = model.outside(protocol);
-    const named = QUANTITIES.filter((name) => model.banded || name !== "modulus_ratio");
-    const caption = named.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
+    const { protocol, prediction, pinned, computed } = this.shown;
     const units = this.units(protocol);
-    const drawn = converted(prediction, curve?.force, units);
-    this.plots.draw({ ...drawn, extrapolated: outside.length > 0, caption }, view);
-    const contact = curve && this.profiles?.get(curve.name);
-    const { grid } = prediction;
-    const filmed = { grid, tabor: protocol.tabor, force: curve?.force ?? [], pullOffTime: curve?.results.pull_off_time ?? 0 };
-    this.film.show(contact && { contact, ...filmed });
-    showResults(prediction, curve, units);
-    showInference(median(this.recent));
-    showComparison(prediction, curve, nearestCurve(set.curves, protocol), (chosen) => this.show(chosen.protocol));
-    showExtrapolation(outside, model.banded);
-    this.picker.mark(curve);
+    this.plots.draw({
+      ...{ protocol, prediction, units, view },
+      computed: computed && { grid: computed.grid, force: computed.curve.force },
+      pinned: this.pinned && pinned && { protocol: this.pinned, prediction: pinned },
+    });
+    const { curves, counts } = this.shelf.solids;
+    const nearest = nearestCurve((this.loaded?.set ?? this.shelf.solids).curves, protocol);
+    const filmed = curves.find(({ name }) => name === nearest.name)!;
+    this.film
+      .show(filmed, physicalGrid(filmed.protocol, counts), computed !== undefined, this.units(filmed.protocol))
+      .catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
+    const name = this.loaded?.model.name ?? this.chosen;
+    showResults(prediction, computed, pinned, units, name);
+    showComparison(prediction, computed, nearest, (chosen: Curve) => this.show(chosen.protocol));
+    const ranges = this.loaded?.model.ranges ?? FAST_RANGES;
+    showOutside(outside(protocol, ranges), ranges, name);
+    this.picker.mark(computed?.curve);
+    byId("unpin").hidden = !this.pinned;
+    byId("pinned").textContent = this.pinned ? `Pinned: ${brief(this.pinned)}` : "";
+    byId<HTMLButtonElement>("csv").disabled = !prediction;
     byId("results").dataset["address"] = toFragment(this.state());
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
@@ -246,8 +250,8 @@ class Page {
   }
 
   private state(): State {
-    const { protocol, chosen } = this.shown!;
-    return { protocol, view: this.look.view, contact: this.look.contact, model: chosen };
+    const { view, contact } = this.look;
+    return { protocol: this.shown!.protocol, view, contact, model: this.chosen, pinned: this.pinned };
   }
 
   private writeAddress(): void {
@@ -264,19 +268,12 @@ async function keepForOffline(): Promise<void> {
 }
 
 async function start(): Promise<void> {
-  if (typeof WebAssembly === "undefined") {
-    throw new Trouble(
-      "This browser runs no WebAssembly, which the surrogate needs; switch it on, or use a current browser.",
-    );
-  }
-  const shelf = await Shelf.open();
-  byId("paper-name").textContent = shelf.paper.model.name;
+  const shelf = new Shelf(await loadCurves("./solids.json"));
   byId("demonstrator").hidden = false;
+  byId("progress").hidden = true;
   const page = new Page(shelf);
   await page.open();
-  await page.watch().catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
-  for (const box of document.querySelectorAll<HTMLElement>(".charts, .scroll")) reachable(box);
-  byId("progress").hidden = true;
+  for (const box of document.querySelectorAll<HTMLElement>(".scroll")) reachable(box);
   document.body.dataset["state"] = "ready";
   await keepForOffline().catch(() => {
     byId("offline").textContent = "This browser does not keep the page for offline use.";

@@ -41,6 +41,15 @@ export function startIndentation(tabor: number): number {
   return -Math.pow(Math.PI, 2 / 3) * tabor;
 }
 
+/** Instants and indentations at start, end of loading, end of the dwell, and end. */
+export function corners(protocol: Protocol): { times: number[]; indentations: number[] } {
+  const { tabor, peak_indentation: peak, loading_rate: up, dwell_time: dwell, unloading_rate: down } = protocol;
+  const start = startIndentation(tabor);
+  const travel = peak - start;
+  const onset = travel / up;
+  return { times: [0, onset, onset + dwell, onset + dwell + travel / down], indentations: [start, peak, peak, start] };
+}
+
 const SMALLEST = 1e-5;
 const LARGEST = 1e5;
 
@@ -67,10 +76,7 @@ export function measurementGrid(protocol: Protocol, counts: Counts): Grid {
   const [loading, dwell, unloading] = counts;
   const start = startIndentation(protocol.tabor);
   const peak = protocol.peak_indentation;
-  const travel = Math.abs(peak - start);
-  const t1 = travel / protocol.loading_rate;
-  const t2 = t1 + protocol.dwell_time;
-  const t3 = t2 + travel / protocol.unloading_rate;
+  const [, t1, t2, t3] = corners(protocol).times as [number, number, number, number];
   const steps = loading + dwell + unloading;
   const times = new Float64Array(steps);
   const indentations = new Float64Array(steps);

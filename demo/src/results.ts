@@ -1,128 +1,137 @@
-/** The numbers beside the charts: surrogate, solver where there is a curve, and the error between them. */
+/** The numbers beside the charts: prediction, solver where there is a curve, the error between them, and the pinned one. */
 
-import type { Curve } from "./curves";
-import { title } from "./curves";
-import { milliseconds, percent, significant } from "./format";
+import { title, type Curve } from "./curves";
+import { percent, significant } from "./format";
 import { forceError, hysteresis, pullOff, relativeError } from "./measures";
-import type { Prediction } from "./model";
-import { LABELS, QUANTITIES, type Grid, type Quantity } from "./protocol";
+import type { Prediction, Ranges } from "./model";
+import { LABELS, QUANTITIES, type Grid, type Protocol, type Quantity } from "./protocol";
 import { worded, type Units } from "./units";
 
 const byId = (id: string) => document.getElementById(id)!;
+const TILES = [
+  ["pull-off-force", "force"],
+  ["pull-off-time", "time"],
+  ["hysteresis", "work"],
+] as const;
+type Numbers = readonly [number, number, number];
 
-function tile(
-  id: string,
-  value: number,
-  units: Units,
-  scale: "force" | "time" | "work",
-  reference?: number,
-  caveat = "",
-): void {
-  const output = byId(id);
-  const [text, unit] = worded(value, units[scale], units.laboratory);
-  output.textContent = text;
-  output.dataset["value"] = String(value);
-  byId(`${id}-unit`).textContent = unit;
-  const other = reference === undefined ? [] : worded(reference, units[scale], units.laboratory);
-  byId(`${id}-solver`).textContent =
-    reference === undefined
-      ? caveat
-      : `solver ${units.laboratory ? other.join("\u00a0") : other[0]} · error\u00a0${percent(relativeError(value, reference))}${caveat && `; ${caveat}`}`;
+export interface Computed {
+  curve: Curve;
+  grid: Grid;
 }
+
+const ofPrediction = ({ pullOff: top, hysteresis: area }: Prediction): Numbers => [top.force, top.time, area];
 
 /**
- * What the solver gives for a curve: on the steps of the paper's models, which know no more than these, and in its own
- * time steps for a pretrained model, which interpolates.
+ * What the solver gives for a curve: on the steps of the paper's model, which knows no more than these, and in its own
+ * time steps for `fast`, which interpolates.
  */
-export function solverResults(grid: Grid, curve: Curve, banded: boolean): Curve["results"] {
-  if (banded) return curve.results;
+export function ofSolver({ curve, grid }: Computed, banded: boolean): Numbers {
+  if (banded) return [curve.results.pull_off_force, curve.results.pull_off_time, curve.results.hysteresis];
   const top = pullOff(grid, curve.force);
-  return { pull_off_force: top.force, pull_off_time: top.time, hysteresis: hysteresis(grid, curve.force) };
+  return [top.force, top.time, hysteresis(grid, curve.force)];
 }
 
-/** Show what is read off a prediction. */
-export function showResults(prediction: Prediction, curve: Curve | undefined, units: Units): void {
-  const { grid, band } = prediction;
-  const reference = curve && solverResults(grid, curve, band !== undefined);
-  tile("pull-off-force", prediction.pullOff.force, units, "force", reference?.pull_off_force);
-  // On equal steps an instant is known to a measurement step.
-  const step = grid.times[grid.ends[2]]! - grid.times[grid.ends[2] - 1]!;
-  const caveat = band ? "" : `to ± ${worded(step, units.time, units.laboratory).join("\u00a0")}, one step`;
-  tile("pull-off-time", prediction.pullOff.time, units, "time", reference?.pull_off_time, caveat);
-  tile("hysteresis", prediction.hysteresis, units, "work", reference?.hysteresis);
-  showInterval(band?.pullOff, units);
+/** Show what is read off a prediction, or off the solver's curve where there is none; without both, no number. */
+export function showResults(
+  prediction: Prediction | undefined,
+  computed: Computed | undefined,
+  pinned: Prediction | undefined,
+  units: Units,
+  model: string,
+): void {
+  const ours = prediction && ofPrediction(prediction);
+  const solver = computed && ofSolver(computed, !prediction || prediction.band !== undefined);
+  const other = pinned && ofPrediction(pinned);
+  TILES.forEach(([id, scale], i) => {
+    const value = (ours ?? solver)?.[i];
+    const say = (number: number) => {
+      const [text, unit] = worded(number, units[scale], units.laboratory);
+      return units.laboratory ? `${text}\u00a0${unit}` : text;
+    };
+    const [text, unit] = value === undefined ? ["–", ""] : worded(value, units[scale], units.laboratory);
+    const output = byId(id);
+    output.textContent = text;
+    output.dataset["value"] = String(value ?? "");
+    byId(`${id}-unit`).textContent = unit;
+    const beside = [];
+    if (value !== undefined && !ours) beside.push("computed by the solver");
+    if (ours && solver) beside.push(`solver ${say(solver[i]!)} · error\u00a0${percent(relativeError(ours[i]!, solver[i]!))}`);
+    if (ours && !solver) beside.push(`predicted by ${model}`);
+    if (ours && other) beside.push(`pinned ${say(other[i]!)}`);
+    byId(`${id}-beside`).textContent = beside.join("; ");
+  });
+  showInterval(prediction?.band?.pullOff, units);
 }
 
 function showInterval(interval: readonly [number, number] | undefined, units: Units): void {
   const line = byId("pull-off-interval");
   line.hidden = !interval;
-  if (!interval) {
-    delete line.dataset["low"];
-    delete line.dataset["high"];
-    return;
-  }
-  const [low, high] = interval;
-  line.dataset["low"] = String(low);
-  line.dataset["high"] = String(high);
+  line.dataset["ends"] = interval ? interval.join() : "";
+  if (!interval) return;
   const words = interval.map((value) => worded(value, units.force, units.laboratory));
   const shown = units.laboratory ? words.map((each) => each.join("\u00a0")) : words.map(([text]) => text);
-  line.textContent = Number.isFinite(low) ? `90 %: ${shown.join(" to ")}` : "90 %: unbounded, outside the training";
+  line.textContent = `90 %: ${shown.join(" to ")}`;
 }
 
-/** Show the median time of recent predictions. */
-export function showInference(median: number): void {
-  byId("inference").textContent = milliseconds(median);
-  byId("inference").dataset["value"] = String(median);
-}
-
-/** Say which solver curve is drawn and how far it is, or which is the nearest. */
+/** Say how far a prediction is from the solver's curve, or name the nearest computed protocol. */
 export function showComparison(
-  { grid, force, band }: Prediction,
-  curve: Curve | undefined,
+  prediction: Prediction | undefined,
+  computed: Computed | undefined,
   nearest: Curve,
   choose: (curve: Curve) => void,
 ): void {
   const line = byId("comparison");
-  if (!curve) {
+  delete line.dataset["error"];
+  if (!computed) {
     const button = document.createElement("button");
     button.type = "button";
     button.textContent = title(nearest);
     button.addEventListener("click", () => choose(nearest));
-    const what = band ? "protocol and solid" : "protocol";
-    line.replaceChildren(`No solver curve was published for this very ${what}. The nearest one: `, button);
-    delete line.dataset["error"];
+    line.replaceChildren("A protocol of your own: the solver has not computed it. The nearest computed one: ", button);
     return;
   }
-  const error = forceError(force, curve.force);
+  const { curve } = computed;
+  if (!prediction) {
+    line.textContent = `${title(curve)}, computed by the solver.`;
+    return;
+  }
+  const error = forceError(prediction.force, curve.force);
   line.dataset["error"] = String(error);
+  const words = [`${title(curve)}: force error ${percent(error)}.`];
   const own = curve.results.pull_off_force;
-  const start = `${title(curve)}: force error ${percent(error)}.`;
-  if (!band) {
-    const floor = relativeError(pullOff(grid, curve.force).force, own);
-    line.textContent =
-      `${start} In its own, finer time steps the solver peaks at ` +
-      `${significant(own)}, ${percent(floor)} away from the largest force on the measurement steps.`;
-    return;
+  if (prediction.band) {
+    const { lower, upper, pullOff: ends } = prediction.band;
+    const inside = curve.force.filter((value, step) => lower[step]! <= value && value <= upper[step]!).length;
+    const word = ends[0] <= own && own <= ends[1] ? "inside" : "outside";
+    words.push(
+      `The solver’s pull-off force ${significant(own)} lies ${word} the 90 % interval, and its force inside the band at ` +
+        `${inside} of ${curve.force.length} steps.`,
+    );
+  } else {
+    const floor = relativeError(pullOff(computed.grid, curve.force).force, own);
+    words.push(
+      `In its own, finer time steps the solver peaks at ${significant(own)}, ${percent(floor)} away from the largest ` +
+        "force on the measurement steps.",
+    );
   }
-  const inside = band.pullOff[0] <= own && own <= band.pullOff[1] ? "inside" : "outside";
-  const steps = curve.force.length;
-  line.textContent = Number.isFinite(band.pullOff[0])
-    ? `${start} The solver’s pull-off force ${significant(own)} lies ${inside} the 90 % interval, and its force inside ` +
-      `the band at ${stepsInside(band, curve.force)} of ${steps} steps.`
-    : start;
+  line.textContent = words.join(" ");
 }
 
-function stepsInside({ lower, upper }: NonNullable<Prediction["band"]>, force: readonly number[]): number {
-  return force.filter((value, step) => lower[step]! <= value && value <= upper[step]!).length;
-}
-
-/** Say that a prediction is an extrapolation, and in what. */
-export function showExtrapolation(outside: readonly Quantity[], banded: boolean): void {
-  const banner = byId("extrapolation");
+/** Say that there is no prediction, and why. */
+export function showOutside(outside: readonly Quantity[], ranges: Ranges, name: string): void {
+  const banner = byId("outside");
   banner.hidden = outside.length === 0;
-  const names = outside.map((name) => LABELS[name].name);
-  const end = banded ? "; there its 90 % band and interval are unbounded." : ".";
-  banner.textContent = `Extrapolation, the surrogate may be far off: outside its training range in ${names.join(", ")}${end}`;
+  const words = outside.map((quantity) => {
+    const [low, high] = ranges[quantity].map((value) => significant(value, 3));
+    return `${LABELS[quantity].name} (${low} to ${high})`;
+  });
+  banner.textContent = `No prediction: outside the training range of ${name} in ${words.join(", ")}.`;
+}
+
+/** A protocol in a few words. */
+export function brief(protocol: Protocol): string {
+  return QUANTITIES.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 3)}`).join(" · ");
 }
 
 /** List all solver curves with their errors; a click on one shows it. */
@@ -130,24 +139,16 @@ export function listCurves(
   rows: readonly { curve: Curve; error: number; pullOffError: number }[],
   choose: (curve: Curve) => void,
 ): void {
-  const body = byId("curve-list");
-  body.replaceChildren(
+  byId("curve-list").replaceChildren(
     ...rows.map(({ curve, error, pullOffError }) => {
       const row = document.createElement("tr");
-      const values = QUANTITIES.map((name) => significant(curve.protocol[name], 3));
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = title(curve);
       button.addEventListener("click", () => choose(curve));
-      const cells = [button, ...values, percent(error), percent(pullOffError)].map((content) => {
-        const cell = document.createElement("td");
-        cell.append(content);
-        return cell;
-      });
-      row.append(...cells);
-      row.dataset["name"] = curve.name;
-      row.dataset["error"] = String(error);
-      row.dataset["pullOffError"] = String(pullOffError);
+      const values = QUANTITIES.map((name) => significant(curve.protocol[name], 3));
+      for (const content of [button, ...values, percent(error), percent(pullOffError)]) row.insertCell().append(content);
+      Object.assign(row.dataset, { name: curve.name, error, pullOffError });
       return row;
     }),
   );

@@ -1,4 +1,5 @@
-// Keeps every file of the page, so that it works offline. The build fills in VERSION and FILES.
+// Keeps the files of the page, so that it works offline, and those of M1-concat once they were asked for. The build fills
+// in VERSION, FILES and LATER.
 // Copies of the page at other paths share the origin's caches; the scope tells whose a cache is.
 const OWN = `contact ${self.registration.scope}#`;
 const CACHE = OWN + VERSION;
@@ -22,12 +23,16 @@ self.addEventListener("activate", (event) => {
   );
 });
 
+const answer = async (request) => {
+  const cache = await caches.open(CACHE);
+  const kept = await cache.match(request, { ignoreSearch: true });
+  if (kept) return kept;
+  const fetched = await fetch(request);
+  const later = LATER.some((file) => new URL(file, self.registration.scope).href === request.url);
+  if (later && fetched.ok) await cache.put(request, fetched.clone());
+  return fetched;
+};
+
 self.addEventListener("fetch", (event) => {
-  if (event.request.method !== "GET") return;
-  event.respondWith(
-    caches
-      .open(CACHE)
-      .then((cache) => cache.match(event.request, { ignoreSearch: true }))
-      .then((kept) => kept ?? fetch(event.request)),
-  );
+  if (event.request.method === "GET") event.respondWith(answer(event.request));
 });

@@ -1,9 +1,13 @@
 /** The models of the page, each with the solver curves on its own measurement steps; loaded when they are asked for. */
 
 import { loadCurves, type CurveSet } from "./curves";
-import { Model } from "./model";
+import { Fast } from "./fast";
+import type { Model } from "./model";
+import { PaperModel } from "./paper_model";
 
-const RUNTIME = "./ort.wasm";
+/** Names in links, the usual one first. */
+export const MODELS = ["fast", "M1-concat"] as const;
+export type Name = (typeof MODELS)[number];
 
 export interface Loaded {
   model: Model;
@@ -11,42 +15,32 @@ export interface Loaded {
 }
 
 export class Shelf {
-  private readonly pretrained = new Map<string, Promise<Loaded>>();
-  private solids?: Promise<CurveSet>;
+  private readonly known = new Map<Name, Promise<Loaded>>();
 
-  private constructor(readonly paper: Loaded) {}
-
-  /**
-   * Load the model of the paper.
-   *
-   * @throws Trouble where it, or its curves, cannot be had.
-   */
-  static async open(): Promise<Shelf> {
-    const curves = loadCurves("./curves.json");
-    const [model, set] = await Promise.all([Model.load("./model.onnx", RUNTIME, curves), curves]);
-    return new Shelf({ model, set });
-  }
+  /** @param solids The curves of any solid, which the page shows before any model. */
+  constructor(readonly solids: CurveSet) {}
 
   /**
-   * A model by its name in links; the paper's without one.
+   * A model by its name.
    *
    * @throws Trouble where it cannot be had; asked again, it is tried again.
    */
-  get(name?: string): Promise<Loaded> {
-    if (name === undefined) return Promise.resolve(this.paper);
-    const known = this.pretrained.get(name);
+  get(name: Name): Promise<Loaded> {
+    const known = this.known.get(name);
     if (known) return known;
-    const loading = this.load(name);
-    this.pretrained.set(name, loading);
-    loading.catch(() => this.pretrained.delete(name));
+    const loading = name === "fast" ? this.fast() : this.paper();
+    this.known.set(name, loading);
+    loading.catch(() => this.known.delete(name));
     return loading;
   }
 
-  private async load(name: string): Promise<Loaded> {
-    this.solids ??= loadCurves("./solids.json");
-    const curves = this.solids;
-    curves.catch(() => (this.solids = undefined));
-    const [model, set] = await Promise.all([Model.load(`./${name}.onnx`, RUNTIME, curves), curves]);
+  private async fast(): Promise<Loaded> {
+    return { model: await Fast.load(), set: this.solids };
+  }
+
+  private async paper(): Promise<Loaded> {
+    const curves = loadCurves("./curves.json");
+    const [model, set] = await Promise.all([PaperModel.load(curves), curves]);
     return { model, set };
   }
 }

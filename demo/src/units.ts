@@ -6,7 +6,6 @@
  */
 
 import { significant } from "./format";
-import type { Prediction } from "./model";
 
 export const CONTACT = ["radius", "adhesion", "modulus", "retardation"] as const;
 /** Radius in m, work of adhesion in J/m², relaxed plane-strain modulus in Pa, retardation time in s. */
@@ -65,25 +64,12 @@ export function worded(value: number, scale: Scale, laboratory: boolean): [strin
   return [significant(value * size), name];
 }
 
-const largest = (values: ArrayLike<number>) => Array.from(values).reduce((top, value) => Math.max(top, Math.abs(value)), 0);
-const times = (values: ArrayLike<number>, factor: number) => Float64Array.from(values, (value) => value * factor);
-
-/** Grid, forces and band as the charts show them, and the names of their units. */
-export function converted({ grid, force, pullOff, band }: Prediction, solver: ArrayLike<number> | undefined, units: Units) {
+/** Scales whose numbers are handy for the largest indentation, time and force of what is shown. */
+export function handyScales(units: Units, indentation: number, time: number, force: number) {
   const { laboratory } = units;
-  const length = handy(units.length, laboratory, largest(grid.indentations));
-  const time = handy(units.time, laboratory, grid.times[grid.ends[2]]!);
-  const strength = handy(units.force, laboratory, largest(force));
   return {
-    grid: { ...grid, times: times(grid.times, time.size), indentations: times(grid.indentations, length.size) },
-    force: times(force, strength.size),
-    pullOff: { step: pullOff.step, force: pullOff.force * strength.size, time: pullOff.time * time.size },
-    band: band && {
-      lower: times(band.lower, strength.size),
-      upper: times(band.upper, strength.size),
-      pullOff: [band.pullOff[0] * strength.size, band.pullOff[1] * strength.size] as const,
-    },
-    solver: solver && [...times(solver, strength.size)],
-    names: { length: length.name, time: time.name, force: strength.name },
+    length: handy(units.length, laboratory, indentation),
+    time: handy(units.time, laboratory, time),
+    force: handy(units.force, laboratory, force),
   };
 }

@@ -45,3 +45,13 @@ def curves():
 @pytest.fixture(scope="session")
 def model():
     return surrogate.load(DIST / "model.onnx")
+
+
+@pytest.fixture(scope="session")
+def fast():
+    return surrogate.load("fast")
+
+
+@pytest.fixture(scope="session")
+def solids():
+    return json.loads((DIST / "solids.json").read_text(encoding="utf-8"))["curves"]

@@ -6,15 +6,14 @@
  * Usage: node drive.mjs DIST FOLDER CHROMIUM PYTHON
  */
 
-import { readFileSync, writeFileSync } from "node:fs";
+import { writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 import { film } from "./film.mjs";
-import { hidden, read, settled, visible } from "./looking.mjs";
+import { corner, hidden, read, settled, visible } from "./looking.mjs";
 import { serve } from "./serving.mjs";
-import { solids } from "./solids.mjs";
 import { PATIENCE, troubles } from "./troubles.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -30,8 +29,17 @@ const FLAGS = [
   "--disable-sync",
 ];
 
-const BAD_LINKS = ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=steps", "model=slow"];
-BAD_LINKS.push("modulus_ratio=0.3", "model=fast&modulus_ratio=2");
+const BAD_LINKS = ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=phases", "model=slow"];
+BAD_LINKS.push("modulus_ratio=0.3&model=M1-concat", "modulus_ratio=2", "pinned=1,2", "pinned=1,2,3,4,5,soft");
+
+/** For `fast`: over the whole training and its corners of short steps. */
+const CASES = {
+  usual: "tabor=1&peak_indentation=20&loading_rate=10&dwell_time=1&unloading_rate=10&modulus_ratio=0.3",
+  elastic: "tabor=0.4&peak_indentation=3&loading_rate=1&dwell_time=0.1&unloading_rate=3&modulus_ratio=1",
+  quick: "tabor=3.2&peak_indentation=100&loading_rate=1000&dwell_time=0.001&unloading_rate=1000&modulus_ratio=0.01",
+  slow: "tabor=0.2&peak_indentation=2&loading_rate=0.1&dwell_time=3&unloading_rate=0.1&modulus_ratio=0.05",
+  computed: "tabor=3.2&peak_indentation=15&loading_rate=1000&dwell_time=0.008&unloading_rate=1000&modulus_ratio=0.1",
+};
 
 async function download(page, button, name) {
   const [file] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
@@ -52,6 +60,55 @@ async function drag(page, id, pixels) {
     await page.waitForTimeout(30);
   }
   await page.mouse.up();
+}
+
+/** Drag a corner of the protocol, and look before the mouse is up. */
+async function pull(page, number, dx, dy) {
+  const [x, y] = await corner(page, number);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let step = 1; step <= 10; step++) {
+    await page.mouse.move(x + (dx * step) / 10, y + (dy * step) / 10);
+    await page.waitForTimeout(30);
+  }
+  await page.waitForTimeout(200);
+  const [left, top] = await corner(page, number);
+  const held = { ...(await read(page)), off: [left - x - dx, top - y - dy] };
+  await page.mouse.up();
+  return held;
+}
+
+/** What the page shows, and has fetched, while the file of its model does not arrive. */
+async function beforeTheModel(context) {
+  const page = await context.newPage();
+  let [bytes, arrive] = [0, undefined];
+  const held = new Promise((resolve) => (arrive = resolve));
+  await page.route("**/fast.bin", async (route) => {
+    await held;
+    await route.continue();
+  });
+  const asked = [];
+  page.on("response", async (response) => {
+    asked.push(response.url());
+    const { length } = await response.body().catch(() => "");
+    bytes += length;
+  });
+  await page.goto(base);
+  await page.waitForSelector("body[data-state=drawn]", { timeout: PATIENCE });
+  await page.waitForSelector("#film[data-shown]");
+  const instants = [];
+  for (let look = 0; look < 3; look++) {
+    await page.waitForTimeout(250);
+    instants.push(await page.evaluate(() => document.getElementById("instant").valueAsNumber));
+  }
+  const found = { ...(await read(page)), bytes, asked: [...asked], instants };
+  await page.screenshot({ path: join(out, "first.png") });
+  found.dragged = await pull(page, 1, 20, 0);
+  arrive();
+  await settled(page);
+  found.after = await read(page);
+  await context.close();
+  return found;
 }
 
 const { base, origin, stop } = await serve(join(out, "root"), dist, python);
@@ -75,11 +132,15 @@ const open = async (fragment, { broken = false, ...options } = {}) => {
   return page;
 };
 try {
+  seen.first = await beforeTheModel(await browser.newContext({ viewport: { width: 1280, height: 800 }, serviceWorkers: "block" }));
   const page = await open("");
+  const asked = [];
+  page.on("request", (request) => asked.push(request.url()));
   seen.start = await read(page);
   seen.list = await page.$$eval("#curve-list tr", (rows) =>
-    rows.map((row) => [row.dataset.name, Number(row.dataset.error)]),
+    rows.map(({ dataset }) => [dataset.name, Number(dataset.error), Number(dataset.pullOffError)]),
   );
+  seen.card = await page.evaluate(() => document.querySelector("meta[property='og:image']").content);
   seen.isolated = await page.evaluate(() => crossOriginIsolated);
   await page.screenshot({ path: join(out, "light.png"), fullPage: true });
 
@@ -88,38 +149,58 @@ try {
     const count = () => window.redraws++;
     new MutationObserver(count).observe(document.getElementById("results"), { attributeFilter: ["data-address"] });
   });
-  const inference = [];
   for (const [id, pixels] of [
-    ["#tabor-slider", 90],
-    ["#loading_rate-slider", 40],
-    ["#dwell_time-slider", -60],
+    ["#tabor-slider", -60],
+    ["#loading_rate-slider", 30],
+    ["#dwell_time-slider", -40],
   ]) {
     await drag(page, id, pixels);
     await settled(page);
-    inference.push(Number((await read(page)).values.inference));
   }
   seen.dragged = await read(page);
   seen.redraws = await page.evaluate(() => window.redraws);
-  seen.inference = inference;
   seen.csvName = await download(page, "#csv", "dragged.csv");
   seen.pngName = await download(page, "#png", "charts.png");
-  await page.screenshot({ path: join(out, "dragged.png") });
 
-  await page.focus("#unloading_rate-slider");
-  for (const key of ["PageUp", "ArrowRight", "ArrowLeft"]) await page.keyboard.press(key);
+  seen.corners = {};
+  for (const [name, number, dx, dy] of [
+    ["peak", 1, 0, 30],
+    ["loading", 1, 25, 0],
+    ["dwell", 2, -20, 0],
+    ["unloading", 3, 15, 0],
+    ["beyond", 2, 900, 0],
+  ]) {
+    const before = await read(page);
+    const held = await pull(page, number, dx, dy);
+    await settled(page);
+    seen.corners[name] = { before, held, after: await read(page) };
+  }
+  await page.focus("#corner-1");
+  seen.keyed = { before: await read(page) };
+  await page.keyboard.press("ArrowUp");
+  // Faster than the page draws.
+  await page.evaluate(() => {
+    for (const key of ["ArrowUp", "ArrowRight", "PageUp"]) document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key }));
+  });
+  await page.waitForTimeout(300);
   await settled(page);
-  await page.waitForFunction(() => !location.hash.includes("unloading_rate=200"));
-  await settled(page);
-  seen.keyed = Number((await read(page)).protocol.unloading_rate);
-  await page.keyboard.press("Shift+Tab");
+  seen.keyed.after = await read(page);
+  await page.screenshot({ path: join(out, "own.png"), fullPage: true });
+
+  await page.focus("#unloading_rate");
   await page.keyboard.press("Control+A");
   await page.keyboard.type("123.4");
   await page.waitForFunction(() => location.hash.includes("unloading_rate=123.4"));
+  await page.click("#pin");
+  await page.fill("#dwell_time", "0.5");
+  await page.waitForFunction(() => location.hash.includes("dwell_time=0.5&"));
   await settled(page);
   seen.typed = await read(page);
+  await page.screenshot({ path: join(out, "pinned.png"), fullPage: true });
 
   const shared = await open(new URL(page.url()).hash);
   seen.shared = await read(shared);
+  await shared.click("#unpin");
   await shared.selectOption("#presets", "paper-12");
   await shared.waitForFunction(() => location.hash.startsWith("#tabor=3.2&peak_indentation=15&"));
   await settled(shared);
@@ -130,12 +211,12 @@ try {
   await shared.screenshot({ path: join(out, "logarithmic.png") });
   const viewed = await open(`${new URL(shared.url()).hash}&time=real&utm_source=a&utm_source=b`);
   seen.viewed = await read(viewed);
+  await viewed.screenshot({ path: join(out, "true-to-scale.png") });
   await viewed.context().close();
   await shared.locator("input[name=force][value=linear]").check({ force: true });
-  await shared.locator("input[name=time][value=real]").check({ force: true });
-  await shared.screenshot({ path: join(out, "true-to-scale.png") });
-  await shared.fill("#tabor", "3.5");
-  await shared.waitForFunction(() => location.hash.startsWith("#tabor=3.5&"));
+  await shared.fill("#tabor", "9");
+  await shared.waitForFunction(() => location.hash.startsWith("#tabor=9&"));
+  await settled(shared);
   seen.outside = await read(shared);
   await shared.screenshot({ path: join(out, "outside.png") });
   await shared.fill("#tabor", "-1");
@@ -150,6 +231,7 @@ try {
     await shared.click("#next");
     await shared.waitForSelector("#message", { state: "hidden", timeout: 5000 });
   }
+  seen.asked = asked;
 
   const laboratory = await open("#tabor=1.5&peak_indentation=10&loading_rate=10&dwell_time=1&unloading_rate=10");
   await laboratory.locator("input[name=units][value=laboratory]").check({ force: true });
@@ -165,24 +247,38 @@ try {
   await linked.context().close();
   await laboratory.context().close();
 
-  const canonical = "#tabor=3.2&peak_indentation=15&loading_rate=1000&dwell_time=0.008&unloading_rate=1000";
-  const dark = await open(canonical, { colorScheme: "dark" });
-  await dark.click("#curve-summary");
-  await dark.screenshot({ path: join(out, "dark.png"), fullPage: true });
-  await dark.context().close();
+  seen.cases = {};
+  for (const [name, fragment] of Object.entries(CASES)) {
+    const one = await open(`#${fragment}`);
+    seen.cases[name] = await read(one);
+    await download(one, "#csv", `${name}.csv`);
+    await one.context().close();
+  }
+
+  // The paper's model, by its choice and by its link.
+  const paper = await open("#modulus_ratio=0.3");
+  await paper.locator("#model-M1-concat").check({ force: true });
+  await paper.waitForFunction(() => location.hash.includes("model=M1-concat"), undefined, { timeout: PATIENCE });
+  await settled(paper);
+  seen.paper = await read(paper);
+  await download(paper, "#csv", "paper.csv");
+  seen.paperList = await paper.$$eval("#curve-list tr", (rows) => rows.map(({ dataset }) => [dataset.name, Number(dataset.error)]));
+  await paper.screenshot({ path: join(out, "paper.png"), fullPage: true });
+  // Of models chosen in a hurry, the last one stays.
+  await paper.evaluate(() => ["fast", "M1-concat", "fast"].forEach((name) => document.getElementById(`model-${name}`).click()));
+  await settled(paper);
+  seen.hurried = await read(paper);
+  await paper.context().close();
+
   const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
-  const small = await open(canonical, phone);
-  seen.phone = await read(small);
-  await small.screenshot({ path: join(out, "phone.png"), fullPage: true });
-  await small.emulateMedia({ colorScheme: "dark" });
-  await small.locator("#loading_rate").scrollIntoViewIfNeeded();
-  await drag(small, "#tabor-slider", -80);
+  const small = await open("", phone);
+  seen.phone = { ...(await read(small)), film: await visible(small, "film"), history: await visible(small, "history") };
+  await small.screenshot({ path: join(out, "phone.png") });
+  seen.phone.pulled = await pull(small, 2, -30, 0);
   await settled(small);
-  await small.screenshot({ path: join(out, "phone-dark.png") });
-  await small.emulateMedia({ colorScheme: "light" });
-  seen.hidden = {};
-  seen.stays = {};
-  seen.visible = {};
+  seen.phone.after = await read(small);
+  await small.screenshot({ path: join(out, "phone-dragged.png") });
+  seen.sizes = {};
   for (const [width, height] of [
     [390, 844],
     [375, 667],
@@ -191,21 +287,15 @@ try {
     [844, 390],
   ]) {
     await small.setViewportSize({ width, height });
-    seen.hidden[`${width}x${height}`] = await hidden(small);
-    seen.stays[`${width}x${height}`] = await small.evaluate(
-      () => getComputedStyle(document.querySelector(".charts")).position === "sticky",
-    );
+    await small.waitForTimeout(200);
+    const { wide } = await read(small);
+    const found = (seen.sizes[`${width}x${height}`] = { wide, hidden: await hidden(small) });
     await small.locator("#dwell_time-slider").focus();
-    seen.visible[`${width}x${height}`] = await visible(small);
+    found.history = await visible(small, "history");
     await small.screenshot({ path: join(out, `phone-${width}x${height}.png`) });
-    if (width !== 667) continue;
-    seen.scroller = await small.evaluate(() => document.querySelector(".charts").tabIndex);
-    await small.screenshot({ path: join(out, "phone-landscape.png"), fullPage: true });
   }
   await small.context().close();
-  seen.solids = await solids({ open, phone, download, out });
   seen.film = await film({ open, phone, out });
-  seen.noScroller = await page.evaluate(() => document.querySelector(".charts").tabIndex);
 
   // Without a just-in-time compiler there is no WebAssembly either.
   const plain = await chromium.launch({ executablePath, args: [...FLAGS, "--js-flags=--jitless"] });
@@ -227,7 +317,6 @@ try {
   await twin.goto(`${origin}a/`);
   await settled(twin);
   seen.twin = await read(twin);
-  seen.manifest = readFileSync(join(dist, "service-worker.js"), "utf8").split("\n")[1];
 } finally {
   await browser.close();
   await stop();

@@ -5,10 +5,10 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { read, settled, visible } from "./looking.mjs";
+
 const here = dirname(fileURLToPath(import.meta.url));
 const axe = readFileSync(createRequire(join(here, "../../demo/package.json")).resolve("axe-core/axe.min.js"), "utf8");
-
-const CANONICAL = "#tabor=3.2&peak_indentation=5&loading_rate=10&dwell_time=1&unloading_rate=1000";
 
 const look = (page) =>
   page.evaluate(() => {
@@ -16,7 +16,6 @@ const look = (page) =>
     const canvas = film.querySelector("canvas");
     const colours = new Set(new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer));
     return {
-      hidden: film.hidden,
       words: film.querySelector("output").textContent,
       instant: film.querySelector("input").valueAsNumber,
       last: Number(film.querySelector("input").max),
@@ -36,9 +35,9 @@ const findings = async (page) => {
 export async function film({ open, phone, out }) {
   const seen = {};
   for (const [name, options] of Object.entries({ desk: {}, phone, dark: { colorScheme: "dark" } })) {
-    const page = await open(CANONICAL, options);
-    await page.waitForSelector("#film:not([hidden])");
-    seen[name] = { start: await look(page) };
+    const page = await open("", { reducedMotion: "reduce", ...options });
+    await page.waitForSelector("#film[data-shown]");
+    seen[name] = { start: await look(page), sight: await visible(page, "film") };
     await page.locator("#instant").focus();
     await page.keyboard.press("Home");
     seen[name].apart = await look(page);
@@ -47,15 +46,15 @@ export async function film({ open, phone, out }) {
     seen[name].playing = await look(page);
     await page.click("#film button");
     seen[name].paused = await look(page);
-    await page.keyboard.press("Tab");
     await page.locator("#instant").focus();
     await page.keyboard.press("End");
     seen[name].end = await look(page);
     seen[name].findings = await findings(page);
-    await page.locator("#film").scrollIntoViewIfNeeded();
     await page.screenshot({ path: join(out, `film-${name}.png`) });
     await page.fill("#tabor", "2.9");
-    await page.waitForSelector("#film", { state: "hidden" });
+    await page.waitForSelector("#film[data-own=false]");
+    await settled(page);
+    seen[name].nearest = await read(page);
     await page.context().close();
   }
   return seen;

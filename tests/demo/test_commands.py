@@ -15,7 +15,7 @@ def test_no_model_is_a_failure():
 def test_tool_colours_equal_those_of_figures():
     styles = (ROOT / "demo" / "src" / "styles.css").read_text(encoding="utf-8")
     light = dict(re.findall(r"--(\w+): (#\w{6});", styles.partition("@media")[0]))
-    tools = ("solver", "M1", "fast", "accurate")
+    tools = ("solver", "M1", "fast")
     assert {name: light[name].upper() for name in tools} == {name: COLOURS[name] for name in tools}
     assert light["peak"].upper() == PULL_OFF
 
