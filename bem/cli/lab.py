@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import sys
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -30,25 +27,23 @@ from bem.cli.arguments import (
     write,
 )
 
-MODEL = "hertz, cone, dmt, jkr, ting or solver; auto climbs from the simplest to one that describes the curve."
-STIFFNESS = (
-    "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
-)
+MODEL = "By default the simplest that describes the curve."
+STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none, or the file's own."
 Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
 Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
 Stiffness = Annotated[Text, option(STIFFNESS)]
 Sensitivity = Annotated[Text, option("Of the deflection, e.g. 50nm/V, for AFM files that hold volts.")]
-ModelName = Annotated[str, option(MODEL)]
-Segment = Annotated[str, option("What counts: approach, retract or both.")]
-Range = Annotated[
-    Text, option("What counts of the contact: indentations, e.g. 0um:1um, or compressions, e.g. :2nN.", "--range")
+ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], option(MODEL)]
+Segment = Annotated[Literal["approach", "retract", "both"], option("What counts.")]
+Thickness = Annotated[Text, option("Of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")]
+FileSign = Annotated[
+    Text, option("Which force of the file is positive: tension or compression; by default compression, or the file's.")
 ]
 Poisson = Annotated[
     float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
 Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
 LARGEST = "Above this Tabor parameter an effective, longer gap is simulated"
-LargestTabor = Annotated[float, option(f"{LARGEST}.")]
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
@@ -178,13 +173,13 @@ def fit(
     curve: Annotated[list[Path], typer.Argument(help="The measured curve; approach and retract may be two files.")],
     radius: Radius,
     stiffness: Stiffness = None,
-    force_sign: ForceSign = "tension",
+    force_sign: FileSign = None,
     sensitivity: Sensitivity = None,
     speed: Speed = None,
     number: Annotated[int | None, option("Of the curve, from 0, in a file of several.")] = None,
     model: ModelName = "auto",
     segment: Segment = "both",
-    within: Range = None,
+    thickness: Thickness = None,
     half_angle: Annotated[float | None, option(ANGLE)] = None,
     free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
     modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
@@ -193,14 +188,14 @@ def fit(
     gap: Gap = None,
     retardation_time: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
     material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
-    largest_tabor: LargestTabor = 3.0,
     accuracy: Accuracy = "standard",
     out: Annotated[File, option("Write values, intervals and correlations here (.json).")] = None,
     plot: Annotated[File, option("Draw measurement, fit and residuals here.")] = None,
 ) -> None:
-    """Fit modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
+    """Fit Young's modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 
-    The simplest model that describes the curve is chosen, from Hertz to the solver; the summary shows those tried.
+    The simplest model that describes the curve is chosen, from Hertz to the contact with adhesion and relaxation; the
+    summary shows those tried. A search of the contact takes some five seconds at most, and says where it was cut.
 
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
@@ -211,16 +206,15 @@ def fit(
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
     properties = solid_of(material, modulus, poisson_ratio, retardation_time)
-    properties |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
+    properties |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap, "thickness": thickness}
     properties = {name: value for name, value in properties.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
-    options = {"model": model, "segment": segment, "within": _range(within)}
+    options: dict[str, Any] = {"model": model, "segment": segment}
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
         measured = ForceCurve.read(curve, force_sign=force_sign, **how)
-        start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **properties)
-        with _progress() as report:
-            result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
+        start = guess_setup(measured, radius=radius, half_angle=half_angle, **properties)
+        result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy))
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write(outputs, out, lambda temporary: temporary.write_text(text, encoding="utf-8"))
         write(outputs, plot, result.plot)
@@ -240,25 +234,3 @@ def solid_of(material: str, modulus: Any, poisson_ratio: float | None, retardati
     properties |= {} if entry is None else {name: getattr(entry, name) for name in ("relaxed_modulus", "poisson_ratio")}
     options = {"relaxed_modulus": modulus, "poisson_ratio": poisson_ratio, "retardation_time": retardation_time}
     return properties | {name: value for name, value in options.items() if value is not None}
-
-
-def _range(text: str | None) -> tuple[str | None, str | None] | None:
-    """Both ends of `LOW:HIGH`, either of which may be left out."""
-    if text is None:
-        return None
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise ValueError(f"range must be LOW:HIGH, such as 0um:1um; received {shown(text)}")
-    return low or None, high or None
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, float], None] | None]:
-    """A line on a terminal of how many simulations were made and how far the fit is; nothing elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("reading") as status:
-        yield lambda done, misfit: status.update(f"{done} evaluations, misfit {misfit:.3g} times the noise")

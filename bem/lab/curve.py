@@ -54,6 +54,7 @@ class ForceCurve(Tabular):
         accuracy: relative error to be expected of a simulated curve.
         model: name of the model that predicted the curve.
         coverage: share of true forces that its band is to contain.
+        notes: sentences on how a file was read.
 
     Raises:
         ValueError: fewer than two points, values beyond 1e15 or not finite, unequal lengths, or times that go back.
@@ -72,6 +73,7 @@ class ForceCurve(Tabular):
     accuracy: float | None = None
     model: str = ""
     coverage: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
@@ -97,7 +99,7 @@ class ForceCurve(Tabular):
         path: str | Path | Sequence[str | Path],
         *,
         stiffness: Quantity | None = None,
-        force_sign: ForceSign = "tension",
+        force_sign: ForceSign | None = None,
         columns: Mapping[str, str] | None = None,
         speed: Quantity | None = None,
         number: int | None = None,
@@ -109,14 +111,15 @@ class ForceCurve(Tabular):
             path: A CSV file, an AFM file, or approach and retract as two CSV files.
             stiffness: Of cantilever or machine, in N/m. It turns the stage's displacement into indentation:
                 displacement minus compression over stiffness. Required where the file has no indentation.
-            force_sign: Which force the file counts as positive.
+            force_sign: Which force the file counts as positive; by default compression, as instruments do, and tension
+                where a column is called tension.
             columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
             speed: Of the stage, in m/s, for files without time.
             number: Of the curve, from 0, in a file of several.
             sensitivity: Of the deflection, in m/V, for AFM files that hold volts.
 
         Returns:
-            The curve in SI, in the sign `force_sign`; its stage and contact radius where they are known.
+            The curve in SI, in the file's sign; its stage and contact radius where they are known.
 
         Raises:
             ValueError: the file holds several curves and no `number` is given, a column is missing, a unit does not
@@ -125,7 +128,7 @@ class ForceCurve(Tabular):
         """
         from bem.lab.reading import raw_curves
 
-        require_sign(force_sign)
+        require_sign(force_sign or "compression")
         spring, rate, volts = (
             None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
             for name, value in (("stiffness", stiffness), ("speed", speed), ("sensitivity", sensitivity))
@@ -137,7 +140,7 @@ class ForceCurve(Tabular):
         where = " and ".join(map(str, paths))
         if len({part.resolve() for part in paths}) < len(paths):
             raise ValueError(f"the files of one curve must be different; received {where}")
-        curves = raw_curves(paths, spring, force_sign, columns or {}, volts)
+        curves, sign = raw_curves(paths, spring, force_sign, columns or {}, volts)
         if number is None and len(curves) > 1:
             raise ValueError(
                 f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
@@ -145,7 +148,7 @@ class ForceCurve(Tabular):
             )
         if not 0 <= (number or 0) < len(curves):
             raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")
-        return ForceCurve(**curves[number or 0].columns(where, rate, force_sign))
+        return ForceCurve(**curves[number or 0].columns(where, rate, sign))
 
     def __len__(self) -> int:
         return len(self.time)
@@ -242,12 +245,15 @@ class ForceCurve(Tabular):
     def write(self, path: str | Path) -> None:
         """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.
 
+        A force that is positive in tension is called `tension (N)`.
+
         Raises:
             ValueError: the place cannot be written.
         """
         from bem._support.outputs import whole_file
 
-        columns = {f"{name} ({column.unit})": column.values for name, column in self.columns().items()}
+        titles = {"force": self.force_sign if self.force_sign == "tension" else "force"}
+        columns = {f"{titles.get(n, n)} ({column.unit})": column.values for n, column in self.columns().items()}
         with whole_file(path) as part:
             table = np.column_stack(list(columns.values()))
             np.savetxt(part, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")

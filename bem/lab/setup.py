@@ -63,7 +63,9 @@ _QUANTITIES = {
     "equilibrium_gap": "length",
     "retardation_time": "time",
     "stiffness": "stiffness",
+    "thickness": "length",
 }
+_OPTIONAL = ("retardation_time", "stiffness", "thickness")
 
 
 class EffectiveRangeWarning(UserWarning):
@@ -88,6 +90,8 @@ class Setup:
         stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
         half_angle: between axis and flank of a cone, in degrees, for the model of `bem.lab.fit` that presses one
             instead of a sphere.
+        thickness: of a layer that is bonded to a rigid ground, in m, for the models of `bem.lab.fit` that know one:
+            Hertz, DMT and Ting.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
@@ -103,6 +107,7 @@ class Setup:
     largest_tabor: float = LARGEST_TABOR
     stiffness: float | None = None
     half_angle: float | None = None
+    thickness: float | None = None
 
     if TYPE_CHECKING:  # text and Pint quantities go in, plain numbers come out
 
@@ -119,6 +124,7 @@ class Setup:
             largest_tabor: float = LARGEST_TABOR,
             stiffness: Quantity | None = None,
             half_angle: float | None = None,
+            thickness: Quantity | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -128,7 +134,7 @@ class Setup:
         if self.stiffness is not None and to_si("stiffness", self.stiffness, "stiffness") == np.inf:
             object.__setattr__(self, "stiffness", None)
         for name, dimension in _QUANTITIES.items():
-            if getattr(self, name) is not None or name not in ("retardation_time", "stiffness"):
+            if getattr(self, name) is not None or name not in _OPTIONAL:
                 value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
                 object.__setattr__(self, name, value)
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)

@@ -12,7 +12,7 @@ whose answer is known, shows then how near a fit comes.
 # %%
 # ## Read it
 #
-# The columns name their units; the sign of the force is stated, and a file that contradicts it is refused. `contact`
+# The columns name their units. Compression is positive, and a file that contradicts it is refused. `contact`
 # estimates the baseline, its noise, and the contact point as the place where the force leaves the baseline. The fits
 # below refine them.
 
@@ -28,7 +28,7 @@ from bem.lab.fitting import guess_setup
 from bem.lab.units import readable
 
 file = Path(bem.__file__).parents[1] / "examples" / "measured_tissue.csv"
-tissue = ForceCurve.read(file, stiffness="0.010951 N/m", force_sign="compression")
+tissue = ForceCurve.read(file, stiffness="0.010951 N/m")
 contact = tissue.contact()
 print("contact point", readable(contact.contact_point, "m"))
 print("noise        ", readable(contact.noise, "N"))
@@ -47,8 +47,8 @@ print(hertz.summary())
 # %%
 # ## The whole curve
 #
-# The ladder of models is climbed as far as the curve calls for, here to the solver with adhesion and relaxation. The
-# summary shows every rung, and says that no model is adequate: the tissue is felt before it carries load, and threads
+# The models are tried as far as the curve calls for, here to the contact with adhesion and relaxation. The
+# summary shows those tried, and says that no model is adequate: the tissue is felt before it carries load, and threads
 # of it hold on after the contact has opened. No half-space does either.
 
 result = fit(tissue, start)

@@ -5,6 +5,7 @@ import re
 from bem import Elastic, StandardLinearSolid
 from bem._support.wording import markdown_table
 from bem.lab import Setup
+from bem.lab.exporters import EXPORTERS
 from bem.lab.units import readable
 from bem.materials_library import load
 from bem.methods.closed_forms.jkr import PULL_OFF_FORCE
@@ -54,6 +55,17 @@ def ranges_table() -> str:
             forces.append(curve.pull_off_force / setup.force_scale)
         rows.append([f"{largest:g}", readable(setup.gap, "m"), *(f"{force:.2f}" for force in forces)])
     return _symbols(markdown_table(["`largest_tabor`", "effective range", "elastic", "viscoelastic"], rows))
+
+
+def exporters_table() -> str:
+    """Columns of the text files of each exporter, with what they hold; one row each."""
+    rows = []
+    for exporter, columns in EXPORTERS.items():
+        names: dict[str, list[str]] = {}
+        for name, (quantity, unit) in columns.items():
+            names.setdefault(f"{quantity} ({unit})" if unit else quantity, []).append(f"`{name}`")
+        rows.append([exporter, "; ".join(f"{quantity}: {', '.join(titles)}" for quantity, titles in names.items())])
+    return markdown_table(["exporter", "what its columns hold, in which unit unless the title has one"], rows)
 
 
 def _symbols(table: str) -> str:

@@ -96,7 +96,7 @@ def test_the_measured_curve_on_tissue():
     assert apparent == pytest.approx(57.6, rel=0.1)
     result = fit(curve, start, accuracy="draft")
     summary = result.summary()
-    assert "solver: viscoelastic sphere with adhesion" in summary
+    assert "contact: viscoelastic sphere with adhesion" in summary
     assert "No model is adequate" in summary
     relaxed = result.values["relaxed_modulus"]
     assert relaxed < apparent < relaxed / result.values["modulus_ratio"]

@@ -1,4 +1,4 @@
-"""Fit a ladder of models to a measured force curve, and say with what intervals and what the curve contradicts."""
+"""Fit measured force curves: what a curve determines, which model describes it, and how well."""
 
 from bem.lab.fitting.curve_fit import fit
 from bem.lab.fitting.measurement import guess_setup

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -15,27 +14,23 @@ from scipy.signal import lfilter
 from bem._support.validation import FloatArray, finite_number
 from bem.lab.contact_point import FEWEST, noise_of
 from bem.lab.curve import ForceCurve
-from bem.lab.models import Jump, Path
+from bem.lab.models import Path
+from bem.lab.models.contact import Jump
+from bem.lab.segments import Segments, segments_of
 from bem.lab.setup import Setup
-from bem.lab.units import Quantity, readable, to_si
+from bem.lab.units import Quantity, to_si
 from bem.methods.closed_forms import jkr
 
-MOST = 1500
-"""Points that a longer curve is averaged to."""
 Segment = Literal["both", "approach", "retract"]
 
+_MOST = 500  # points that a longer segment is averaged to
 _FAR = 0.5  # of the baseline, where attraction does not bend it yet
-_TOP = 0.005  # of the path, within which the instrument is at its deepest
-_QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
 _EXACT = 3e-5  # of the range of the force, below which the error of a model may be
 _ORDER = 2  # of the autoregressive model of residuals: that of the motion of a cantilever in a fluid
 _SLOWEST = 16  # cosines: more see less of noise that grows towards low frequencies, fewer widen every interval
-_SEEN = 2.0  # standard deviations by which the correlation of neighbours is seen
-_CHANGES, _FAR_LONGER = 0.05, 5.0  # logarithm of the ratio of two steps; a long one over most
 _PLACES = 80  # of the contact point that are tried
 _OWN = 0.02  # of the time out of contact, that neither place nor speed explains, for a drift to show
-_TURNS, _BEYOND = 0.2, 10.0  # of the depth, and times the noise of the path, by which an instrument turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +39,18 @@ class Measurement(Path):
 
     tension: FloatArray
     weights: FloatArray
-    """One for a point that counts and zero for one that does not, shape (n,)."""
+    """Inverse of the noise of each point, in units of `noise`; zero for one that does not count, shape (n,)."""
     baseline: float
-    """Tension before contact, in N."""
+    """Tension before contact, in N; zero for a curve that begins in contact."""
     noise: float
-    """Standard deviation of an averaged point on the baseline, in N."""
+    """Standard deviation of one measured point on the baseline, in N."""
     correlated: float
     """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
-    white: bool
-    """Whether neighbours on the baseline look independent."""
+    freedoms: float
+    """Independent points that `noise` and `correlated` rest on."""
     first: int
     """The first point after the baseline."""
-    top: int
-    """The last point of the approach."""
+    segments: Segments
     columns: dict[str, FloatArray]
     """What enters linearly: force_offset (1), tilt (path, m), drag (minus speed, m/s), drift (time, s), each (n,)."""
     jumps: tuple[Jump, ...]
@@ -76,8 +70,7 @@ class Measurement(Path):
     @property
     def one_way(self) -> bool:
         """Whether no point of the retraction counts: adhesion and relaxation bend an approach alike."""
-        back = self.place[self.top :] < self.place.max() - _TOP * np.ptp(self.place)
-        return not self.weights[self.top :][back].any()
+        return not self.weights[self.segments.leaves + 2 :].any()
 
     @cached_property
     def far(self) -> np.ndarray:
@@ -87,20 +80,20 @@ class Measurement(Path):
             far &= ~((self.time >= self.time[self.first]) & (self.time < jump.time))
         return far
 
-    @property
+    @cached_property
     def linear(self) -> tuple[str, ...]:
-        """Columns that are always fitted: tilt, and drag where the stage moves both ways."""
-        signs = {name: np.ptp(np.sign(column[self.weights > 0.0])) for name, column in self.columns.items()}
-        return "force_offset", *(name for name in ("tilt", "drag") if signs[name] > 0.0)
-
-    @property
-    def shows_drift(self) -> bool:
-        """Whether both baselines count, which tell a drift from a tilt and from relaxation in contact."""
-        far = self.far & (self.weights > 0.0)
-        time, known = self.columns["drift"][far], np.column_stack([self.columns[name][far] for name in self.linear])
-        known /= np.maximum(np.linalg.norm(known, axis=0), 1e-300)
-        own = time - known @ np.linalg.lstsq(known, time, rcond=1e-6)[0]
-        return bool(time.size > FEWEST and np.linalg.norm(own) > _OWN * np.linalg.norm(time - time.mean()))
+        """Columns that are always fitted: offset and tilt, drag and drift where both baselines tell them apart."""
+        if self.first < FEWEST:
+            return ()
+        names = ["force_offset"]
+        for name in ("tilt", "drag", "drift"):
+            counted = (self.weights > 0.0) & (self.far if name == "drift" else True)
+            columns = np.column_stack([self.columns[each][counted] for each in (name, *names)])
+            columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+            own = columns[:, 0] - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=1e-9)[0]
+            if columns[:, 0].size > FEWEST and np.linalg.norm(own) > (_OWN if name == "drift" else 1e-6):
+                names.append(name)
+        return tuple(names)
 
     @property
     def duration(self) -> float:
@@ -117,69 +110,66 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
         segment: which points count.
 
     Raises:
-        ValueError: a curve without contact or baseline, or of several cycles.
+        ValueError: a curve without contact, or of several cycles.
     """
     contact = curve.contact()
     if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
     place, index = prescribed_path(curve, setup), contact.index
-    once = np.maximum.accumulate(curve.time + 1e-12 * np.ptp(curve.time) * np.arange(len(curve)))
-    all_columns: tuple[FloatArray, ...] = (curve.time, place, curve.tension, np.gradient(_smooth(place), once))
-    steps = np.diff(once)
-    changes = np.abs(np.log(steps[1:] / steps[:-1]))
-    # Most steps of a solver differ from the one before, and some are far longer than most, as no instrument's are.
-    if np.median(changes) > _CHANGES and steps.max() > _FAR_LONGER * np.median(steps):
-        even = np.linspace(once[0], once[-1], MOST)
-        index = int(np.searchsorted(even, once[index]))
-        all_columns = tuple(np.interp(even, once, each) for each in all_columns)
-    size = -(-len(all_columns[0]) // MOST)
-    starts = np.arange(0, len(all_columns[0]), size)
-    counts = np.diff(np.append(starts, len(all_columns[0])))
-    time, place, tension, speed = (np.add.reduceat(each, starts) / counts for each in all_columns)
-    first = max(index // size, 2)
-    _one_cycle(time, place, first)
-    deep = np.flatnonzero(place >= place.max() - _TOP * np.ptp(place))
-    top, leaves = int(deep[0]), int(deep[-1])
-    number = np.arange(time.size)
+    shaken = noise_of(place)  # noise of the path, which the contact turns into force
+    parts = segments_of(curve.time, place, -curve.tension, index)
+    starts = _bins(curve.time, parts)
+    counts = np.diff(np.append(starts, len(curve)))
+    time, place, tension = (np.add.reduceat(each, starts) / counts for each in (curve.time, place, curve.tension))
+    first, top, leaves = (int(np.searchsorted(starts, n, "right")) - 1 for n in (index, parts.top, parts.leaves))
+    averaged = Segments(top, leaves, parts.held, parts.pauses)
+    number, first = np.arange(time.size), max(first, 2)
     counted = {"both": number >= 0, "approach": number <= top, "retract": number >= leaves}[segment]
+    once = np.maximum.accumulate(time + 1e-12 * np.ptp(time) * number)
+    columns = {"force_offset": np.ones(time.size), "tilt": place - place[first]}
+    columns |= {"drag": -np.gradient(place, once), "drift": time - time[first]}
     quiet = int(_FAR * first)
-    line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
-    rest = tension[:quiet] - line(place[:quiet])
-    white = quiet >= 8 and rest[1:] @ rest[:-1] < _SEEN / np.sqrt(quiet) * (rest @ rest)
-    noise, correlated = float(np.std(rest)) if quiet >= 8 else noise_of(tension), 1.0
-    if quiet > _SLOWEST:
-        basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
-        correlated = max(slow_noise(rest, basis)[0] / max(noise**2, 1e-300), 1.0)
-    columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
-    columns["drift"] = time - time[first]
-    baseline = float(np.median(tension[:first]))
+    noise, correlated, freedoms = noise_of(curve.tension), 1.0, float(len(curve))
+    if index >= FEWEST and quiet > 8:
+        line = np.column_stack([np.ones(quiet), place[:quiet] - place[0]][: 1 + (quiet > 16)])
+        rest = np.sqrt(counts[:quiet]) * (
+            tension[:quiet] - line @ np.linalg.lstsq(line, tension[:quiet], rcond=1e-9)[0]
+        )
+        noise, freedoms = float(np.std(rest)), float(max(quiet - 2, 1))
+        if quiet > 2 * _SLOWEST:
+            basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
+            slow, freedoms = slow_noise(rest, basis)
+            correlated = max(slow / max(noise**2, 1e-300), 1.0)
+    noise = max(noise, _EXACT * float(np.ptp(tension)) * float(np.sqrt(np.median(counts))), 1e-300)
+    baseline = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
     jumps = _jumps(time, tension, top, leaves, baseline)
     # A mean over a jump is neither force; the points on either side of it do not count.
     for jump in jumps:
-        counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
-    weights, noise = counted.astype(float), max(noise, _EXACT * float(np.ptp(tension)), 1e-300)
+        counted &= ~(np.abs(number - np.searchsorted(time, jump.time) + 0.5) < 1.1)
+    pressed, depth = np.maximum(baseline - tension, 0.0), np.maximum(place - place[first], 0.0)
+    slope = 1.5 * pressed / np.maximum(depth, 0.02 * float(depth.max()) + 1e-300)
+    counted = counted / np.hypot(1.0, slope * shaken / noise)
     return Measurement(
-        time, place, setup, tension, weights, baseline, noise, correlated, bool(white), first, top, columns, jumps
-    )
+        time, place, setup, tension, counted * np.sqrt(counts), baseline, noise, correlated, freedoms, first, averaged,
+        columns, jumps,
+    )  # fmt: skip
 
 
-def _one_cycle(time: FloatArray, place: FloatArray, first: int) -> None:
-    """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
-    depth = np.maximum(place, place[first])
-    least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(place))
-    turn, rises, tops = 0, False, []
-    for n, here in enumerate(depth):
-        if (here > depth[turn]) == rises:
-            turn = n
-        elif abs(here - depth[turn]) > least:
-            tops += [] if rises else [n]
-            turn, rises = n, not rises
-    if len(tops) > 1:
-        cuts = [time[a + int(np.argmin(place[a:b]))] for a, b in itertools.pairwise(tops)]
-        raise ValueError(
-            f"a force curve must approach and retract once; received {len(tops)} cycles: cut it at "
-            f"{', '.join(readable(float(cut), 's') for cut in cuts)} and fit one of them"
-        )
+def _bins(time: FloatArray, parts: Segments) -> np.ndarray:
+    """First points of the bins that a curve is averaged in: even in each ramp, and short at the beginning of a hold."""
+    count, starts = time.size, [np.zeros(1, dtype=int)]
+    for begin, end, held in (
+        (0, parts.top + 1, False),
+        (parts.top + 1, parts.leaves, parts.held is not None),
+        (max(parts.leaves, parts.top + 1), count, False),
+    ):
+        size = end - begin
+        if size > _MOST:
+            shares = np.linspace(0.0, 1.0, _MOST + 1)[:-1]
+            starts.append(begin + (size * (shares**2 if held else shares)).astype(int))
+        elif size > 0:
+            starts.append(np.arange(begin, end))
+    return np.unique(np.concatenate(starts))
 
 
 def whitening(residuals: FloatArray) -> FloatArray:
@@ -214,15 +204,6 @@ def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
     if setup.stiffness is None:
         return curve.indentation
     return curve.indentation - curve.tension / setup.stiffness if curve.stage is None else curve.stage
-
-
-def _smooth(place: FloatArray) -> FloatArray:
-    """A noisy path as a mean over a hundredth of its points, which leaves the speed of a ramp and little noise."""
-    half = place.size // 200
-    if half == 0 or noise_of(place) < _QUIET * float(np.median(np.abs(np.diff(place)))):
-        return place
-    padded = np.pad(place, half, mode="reflect", reflect_type="odd")
-    return np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), mode="valid")
 
 
 def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baseline: float) -> tuple[Jump, ...]:
@@ -267,14 +248,12 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
 
 def hertz_line(data: Measurement) -> dict[str, float]:
     """Modulus and contact point by which Hertz's force, a line in depth^(3/2), misses the approach least."""
-    setup, depth = data.setup, data.depth
-    counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
+    setup, depth, top = data.setup, data.depth, data.segments.top
+    counted = slice(0, top + 1) if np.any(data.weights[: top + 1]) else slice(0, None)
     depth, tension = depth[counted], data.tension[counted]
     deepest = float(depth.max())
     if not deepest > 0.0:
-        raise ValueError(
-            "a force curve must come into contact on its approach; received one that leaves the baseline after it"
-        )
+        raise ValueError("the sphere must move into the sample after first contact; received a curve that only leaves")
     places = np.linspace(-0.7, 0.95, _PLACES) * deepest
     power = np.maximum(depth - places[:, None], 0.0) ** 1.5
     centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()
@@ -283,6 +262,6 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     slope = min(float(product[best] / max(square[best], 1e-300)), -1e-15 / deepest**1.5)
     modulus = -0.75 * slope / np.sqrt(setup.radius) * (1.0 - setup.poisson_ratio**2)
     return {
-        "relaxed_modulus": float(np.clip(modulus, 2.0, 5e11)),
+        "relaxed_modulus": float(np.clip(modulus, 1.0, 5e11)),
         "contact_point": float(data.place[data.first] + places[best]),
     }

@@ -1,14 +1,14 @@
 """Least squares of one model: SciPy moves the nonlinear parameters, the linear ones are solved for at every step.
 
-An adhesive model is in contact over one span of the curve. Where it begins and ends is chosen at every step so that the
-residuals are smallest, and the two points on either side of each end, between which the force jumps, do not count.
+DMT and JKR are in contact over one span of the curve, wherever the undeformed sphere would overlap the sample and as
+far beyond as the residuals want. The two points on either side of each end, between which the force jumps, do not
+count.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -16,23 +16,19 @@ from typing import Any
 import numpy as np
 from scipy.linalg import orth
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
-from scipy.special import fdtri, stdtrit
+from scipy.special import stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement, slow_noise, whitening
+from bem.lab.fitting.measurement import Measurement, slow_noise
 from bem.lab.models import CONTACT_POINT, Model, Parameter, setup_of
-from bem.lab.models.solver import NoContactError
+from bem.lab.models.contact import NoContactError
 from bem.lab.setup import Setup
 
 CONFIDENCE = 0.95
-ADEQUATE = 1.5
-"""Misfit up to which a model describes a curve."""
 _EDGE = 1e-6  # of its unit, within which a parameter is at its bound
-_RISE = 0.1  # of chi-square, by which a bound is no worse than the parameter beside it
 _ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
 _BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
-_REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
+_REMEMBERED = 40  # tensions: those of a point and of its derivatives are needed again
 
 
 @dataclass
@@ -45,7 +41,6 @@ class Regression:
         free: those that SciPy moves; the others keep the value of `start`.
         linear: names of `Measurement.columns` that are solved for.
         options: of the model's `tension`.
-        central: whether derivatives are central differences, which a rough model asks for, and not one-sided ones.
     """
 
     model: Model
@@ -54,9 +49,7 @@ class Regression:
     free: tuple[str, ...]
     linear: tuple[str, ...] = ("force_offset",)
     options: dict = field(default_factory=dict)
-    central: bool = False
     evaluations: int = 0
-    report: Callable[[int, float], None] | None = None
 
     def __post_init__(self) -> None:
         self.parameters: dict[str, Parameter] = {each.name: each for each in (*self.model.parameters, CONTACT_POINT)}
@@ -67,7 +60,7 @@ class Regression:
         ends = ({name: getattr(each, end) for name, each in self.parameters.items()} for end in ("low", "high"))
         self.bounds: tuple[FloatArray, ...] = tuple(map(self.point, ends))
         columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
-        self.length = np.linalg.norm(columns, axis=0)
+        self.length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         self.columns = columns / self.length
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
@@ -94,13 +87,13 @@ class Regression:
 
     def tension(self, x: FloatArray) -> FloatArray:
         """The model's tension in contact, (n,), and how late it jumps, in standard deviations, (m,)."""
-        asked = x.tobytes(), self.options.get("accuracy")
-        if asked not in self.known:
+        key = x.tobytes(), self.options.get("accuracy")
+        if key not in self.known:
             self.evaluations += 1
-            self.known[asked] = self.model.tension(self.values(x), self.data, **self.options)
+            self.known[key] = self.model.tension(self.values(x), self.data, **self.options)
             if len(self.known) > _REMEMBERED:
                 self.known.pop(next(iter(self.known)))
-        return self.known[asked]
+        return self.known[key]
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Measurement minus model in units of the noise, with the best linear parameters, and lateness, (n + m,)."""
@@ -108,53 +101,53 @@ class Regression:
             tension, late = np.split(self.tension(x), [len(self)])
         except NoContactError:
             late = np.ones(sum(jump.out for jump in self.options.get("jumps", ())))
-            return np.full(len(self) + late.size, 1.0 + 2.0 * np.ptp(self.data.tension) / self.data.noise)
+            far = 1.0 + 2.0 * np.ptp(self.data.tension) / self.data.noise
+            return np.append(far * np.maximum(self.data.weights, 1.0), far * late)
         gone = np.isnan(tension)
-        if self.model.adhesive:
-            self._choose_span(tension)
+        if self.model.spans:
+            self._choose_span(tension, self.data.place > self.values(x)["contact_point"])
         else:
             self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
-        found = np.append(self._solved(self.data.tension - np.where(self.inside, tension, 0.0)), -late)
+        residuals = np.append(self._solved(self.data.tension - np.where(self.inside, tension, 0.0)), -late)
         # What is left out counts as noise, so that a search gains nothing by it.
-        found[: len(self)][gone] = self.data.weights[gone]
-        if self.report is not None:
-            self.report(self.evaluations, float(np.sqrt(np.mean(found**2))))
-        return found
+        residuals[: len(self)][gone] = self.data.weights[gone] > 0.0
+        return residuals
 
     def derivatives(self, x: FloatArray) -> FloatArray:
         """Of tension and lateness by the moved parameters, weighted, in units of the noise; contact fixed."""
         here = self.tension(x)
         weights = np.append(self.weights * self.inside / self.data.noise, np.ones(here.size - len(self)))
         low, high = self.bounds
-        step = self.model.difference
-        columns = []
+        step, columns = self.model.difference, []
         for i, direction in enumerate(np.eye(x.size)):
-            ahead = step if x[i] + step <= high[i] else 0.0
-            back = step if not ahead or (self.central and x[i] - step >= low[i]) else 0.0
+            ahead, back = (step if inside else 0.0 for inside in (x[i] + step <= high[i], x[i] - step >= low[i]))
+            if ahead and self.model.costly:
+                back = 0.0
             try:
                 after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:
                 after = before = np.where(np.isnan(here), np.nan, 0.0)
             bent = weights * np.abs(after + before - 2.0 * here) > _BENT if ahead and back else np.isnan(here)
             columns.append(np.where(bent, np.nan, weights * (after - before) / (ahead + back)))
-        found = np.column_stack(columns)
+        matrix = np.column_stack(columns)
         # A point that a jump passes has no derivative.
-        found[np.isnan(found).any(axis=1)] = 0.0
-        return found
+        matrix[np.isnan(matrix).any(axis=1)] = 0.0
+        return matrix
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Of `residuals`: the derivatives without what the linear parameters take up."""
-        found = -self.derivatives(x)
+        matrix = -self.derivatives(x)
         basis = np.linalg.qr(self.columns * self.weights[:, None])[0]
-        found[: len(self)] -= basis @ (basis.T @ found[: len(self)])
-        return found
+        matrix[: len(self)] -= basis @ (basis.T @ matrix[: len(self)])
+        return matrix
 
     def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
         """Least squares from a point."""
         low, high = self.bounds
-        how = {"bounds": (low, high), "max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
-        found = least_squares(self.residuals, np.clip(x, low + 1e-9, high - 1e-9), self.jacobian, **how)
-        return self.fitted(found.x, found.status > 0)
+        limits = {"max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
+        x = np.clip(x, low + 1e-9, high - 1e-9)
+        solution = least_squares(self.residuals, x, self.jacobian, bounds=(low, high), **limits)
+        return self.fitted(solution.x, solution.status > 0)
 
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
@@ -171,23 +164,29 @@ class Regression:
         at_bound = tuple(itertools.compress(self.free, np.minimum(x - low, high - x) < _EDGE))
         values = self.values(x) | dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
         counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
-        return Fitted(self, x, values, residuals, jacobian, counted, at_bound, converged)
+        return Fitted(self, x, values, residuals, jacobian, counted, at_bound, converged, self.inside)
 
-    def _solved(self, rest: FloatArray) -> FloatArray:
+    def _solved(self, tension: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
         weights = self.weights / self.data.noise
         scaled = self.columns * weights[:, None]
-        self.coefficients = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
-        return weights * (rest - self.columns @ self.coefficients)
+        self.coefficients = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * tension), rcond=1e-14)[0]
+        return weights * (tension - self.columns @ self.coefficients)
 
-    def _choose_span(self, tension: FloatArray) -> None:
-        """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm)."""
+    def _choose_span(self, tension: FloatArray, overlaps: np.ndarray) -> None:
+        """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm).
+
+        Where the sphere overlaps the sample (`overlaps`) there is contact: else a wrong shape would look like adhesion.
+        """
         outside = self.data.tension - self.baseline
         for _ in range(2):
-            gain = self.data.weights * (outside**2 - (outside - tension) ** 2)
+            gain = self.data.weights**2 * (outside**2 - (outside - tension) ** 2)
             total = np.concatenate([[0.0], np.cumsum(gain)])
             end = int(np.argmax(total - np.minimum.accumulate(total)))
             begin = int(np.argmin(total[: end + 1]))
+            if overlaps.any():
+                within = np.flatnonzero(overlaps)
+                begin, end = min(begin, int(within[0])), max(end, int(within[-1]) + 1)
             self.inside = np.zeros(len(self), dtype=bool)
             self.inside[begin:end] = True
             self.weights = self.data.weights.copy()
@@ -214,35 +213,8 @@ class Fitted:
     """Parameters at the end of their range."""
     converged: bool
     """Whether the search ended by itself, and not after its last evaluation."""
-    ends: tuple[FloatArray, FloatArray] | None = None
-    """Lowest and highest values of the search that were found inside the 95 % region along a bent valley."""
-    seconds: float = 0.0
-    """Processor time of all of the search."""
-
-    def at_its_bounds(self) -> Fitted:
-        """The solution with each parameter at its bound if moving it there raises chi-square by less than 0.1.
-
-        Where chi-square is that flat, rounding decides where a search ends.
-        """
-        problem, most = self.problem, float(self.residuals @ self.residuals) + _RISE * self.variance
-        moving = [name not in self.at_bound for name in self.names]
-        for i, bounds in itertools.product(np.flatnonzero(moving[: self.x.size]), problem.bounds):
-            step, others = bounds[i] - self.x[i], self.jacobian * moving
-            others[:, i] = 0.0
-            if not np.isfinite(step):
-                continue
-            length = np.linalg.norm(others, axis=0)
-            length[length == 0.0] = 1.0
-            move = -step * np.linalg.lstsq(others / length, self.jacobian[:, i], rcond=_ROUNDING)[0] / length
-            far = np.abs(move[: self.x.size]).max() > 1.0  # along a valley that does not end there
-            move[i] = step
-            if far or np.sum((self.residuals - self.jacobian @ move) ** 2) > most:
-                continue
-            x = np.clip(self.x + move[: self.x.size], *problem.bounds)
-            if np.sum(problem.residuals(x) ** 2) < most:
-                return dataclasses.replace(problem.fitted(x, self.converged), ends=self.ends).at_its_bounds()
-        problem.residuals(self.x)  # so that the problem has the span of this contact
-        return self
+    inside: np.ndarray
+    """Which points are in contact, of a model that spans."""
 
     @property
     def model(self) -> Model:
@@ -261,86 +233,35 @@ class Fitted:
 
     @property
     def misfit(self) -> float:
-        """Root mean square of the residuals over the noise of the baseline."""
+        """Root mean square of the residuals over the noise of the measurement."""
         return float(np.sqrt(self.residuals @ self.residuals / max(np.count_nonzero(self.counted), 1)))
 
-    @property
-    def beyond_chance(self) -> bool:
-        """Whether the misfit is larger than the noise of the baseline makes it in one curve of a thousand (F-test)."""
-        data, counted = self.problem.data, np.count_nonzero(self.counted)
-        baseline = max((data.first // 2 - 2) / data.correlated, 1.0)
-        return self.misfit**2 > fdtri(max(counted / data.correlated, 1.0), baseline, 0.999)
-
-    @property
-    def adequate(self) -> bool:
-        """Whether the residuals are small, or no larger than chance makes them."""
-        return self.misfit <= ADEQUATE or not self.beyond_chance
-
-    def criterion(self, judge: Fitted) -> float:
-        """Bayesian information criterion, for noise as correlated as the residuals of `judge`."""
-        freedoms = len(self.names) + 4 * self.model.adhesive  # both ends of the contact are chosen, of many places
-        white = judge.white(np.column_stack([self.jacobian, self.residuals])[self.counted])
-        # Generalised least squares end beside these: what the parameters take up of the whitened residuals goes.
-        columns = white[:, :-1] / np.maximum(np.linalg.norm(white[:, :-1], axis=0), 1e-300)
-        rest = white[:, -1] - columns @ np.linalg.lstsq(columns, white[:, -1], rcond=_ROUNDING)[0]
-        variance = np.mean(rest**2) + self.problem.data.exact**2
-        return float(judge.independent * np.log(variance) + freedoms * np.log(judge.independent))
-
-    def white(self, residuals: FloatArray) -> FloatArray:
-        """Residuals (n, ...) without the correlation of this fit's: shorter by its reach."""
-        return lfilter(self.weights, 1.0, residuals, axis=0)[self.weights.size - 1 :]
-
-    @property
-    def independent(self) -> float:
-        """How many independent points the whitened residuals are worth."""
-        white = self.white(self.residuals[self.counted])
-        slow = self.slow[0] * self.weights.sum() ** 2
-        return max(white.size / max(slow / max(np.mean(white**2), 1e-300), 1.0), 10.0)
-
-    def calls_for(self, columns: FloatArray) -> bool:
-        """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion.
-
-        What an elastic rung leaves of a memory is slow: it is taken for noise only where the baseline has such noise.
-        """
-        both = np.column_stack([self.jacobian, columns])
-        both /= np.maximum(np.linalg.norm(both, axis=0), 1e-300)
-        rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=_ROUNDING)[0]
-        if self.problem.data.white:
-            count = float(np.count_nonzero(self.counted))
-            before, after = (float(each @ each) + count * self.problem.data.exact**2 for each in (self.residuals, rest))
-            gained = count * np.log(before / after)
-        else:
-            other = dataclasses.replace(self, residuals=rest, jacobian=both)
-            count, gained = other.independent, self.criterion(other) - other.criterion(other)
-        return bool(gained > columns.shape[1] * np.log(count))
-
     @cached_property
-    def weights(self) -> FloatArray:
-        """That whiten the residuals."""
-        return whitening(self.residuals[self.counted])
+    def basis(self) -> FloatArray:
+        """Orthonormal columns of what the parameters take up of the counted residuals."""
+        columns = self.jacobian[self.counted]
+        return orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=_ROUNDING)
 
     @cached_property
     def slow(self) -> tuple[float, float]:
         """Variance of the residuals, as large as it would be if they were independent, and its degrees of freedom."""
-        columns = self.jacobian[self.counted]
-        basis = orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=_ROUNDING)
-        return slow_noise(self.residuals[self.counted], basis)
+        variance, degrees = slow_noise(self.residuals[self.counted], self.basis)
+        # The solver's own error and its bent valleys add to what a few low frequencies tell: there, at least of all.
+        return max(variance, self.misfit**2 if self.model.name == "contact" else 0.0), degrees
 
     @property
-    def variance(self) -> float:
-        """Of the residuals, as large as it would be if they were independent.
+    def independent(self) -> float:
+        """How many independent points the residuals are worth, by the correlation of the baseline."""
+        return max(float(np.count_nonzero(self.counted)) / self.problem.data.correlated, 10.0)
 
-        The solver's own error and its bent valleys add to what a few low frequencies tell: there, at least of all.
-        """
-        return max(self.slow[0], self.misfit**2 if self.model.name == "solver" else 0.0)
-
-    @property
-    def quantile(self) -> float:
-        """Standard deviations in half a 95 % interval."""
-        return float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE))
+    def criterion(self, judge: Fitted) -> float:
+        """Bayesian information criterion, for noise as strong and as correlated as the residuals of `judge`."""
+        freedoms = len(self.names) + 4 * self.model.spans  # both ends of the contact are chosen, of many places
+        count = judge.independent
+        return float(count * np.log(self.misfit**2 + self.problem.data.exact**2) + freedoms * np.log(count))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
-        """95 % intervals of the parameters by the linearised problem, or the wider `ends`, and their correlations.
+        """95 % intervals of the parameters by the linearised problem, and their correlations.
 
         The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
         """
@@ -349,15 +270,12 @@ class Fitted:
         seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
         normal = self.jacobian[:, seen] / length[seen]
         values, vectors = np.linalg.eigh(normal.T @ normal)
-        covariance = self.variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        covariance = self.slow[0] * (vectors / np.maximum(values, 1e-14)) @ vectors.T
         inner = np.sqrt(np.diag(covariance))
         spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
-        spread[seen] = self.quantile * inner / length[seen]
+        spread[seen] = float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-        ends = self.x - spread[:free], self.x + spread[:free]
-        if self.ends is not None:  # what a search across a bent valley found is at most the whole of it
-            ends = np.minimum(ends[0], self.ends[0]), np.maximum(ends[1], self.ends[1])
-        low, high = map(self.problem.values, ends)
+        low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
         floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
         intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
         for name, each in zip(names[free:], spread[free:], strict=True):

@@ -1,7 +1,8 @@
-"""What a fit found: model, values, 95 % intervals, the ladder, and in words what the curve does not determine."""
+"""What a fit gives: model, values, 95 % intervals, the models tried, and in words what the curve does not determine."""
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,15 +14,17 @@ import numpy as np
 from bem._support.text_files import plain
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
+from bem.lab.fitting.judgement import Judgement
 from bem.lab.fitting.measurement import prescribed_path
-from bem.lab.fitting.regression import ADEQUATE, CONFIDENCE, Fitted
-from bem.lab.models import LADDER, LINEAR, UNITS, Path
+from bem.lab.fitting.regression import CONFIDENCE, Fitted
+from bem.lab.models import LINEAR, MODELS, PARAMETERS, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
 _STIFFEST, _LARGEST = 5e11, 1e-2  # Pa, and m of a radius
+_DEEP, _THICK = 1.0, 1.0  # depth over radius and over thickness, up to which the formulas hold
 _SHOWN = 0.98  # share of the residuals that sets the limits of their picture
 
 
@@ -29,24 +32,12 @@ class FitError(RuntimeError):
     """A fit that did not converge."""
 
 
-@dataclass(frozen=True)
-class Rung:
-    """One model of the ladder that was fitted."""
-
-    model: str
-    values: dict[str, float]
-    misfit: float
-    """Root mean square of the residuals over the noise."""
-    seconds: float
-    """Processor time."""
-
-
 @dataclass(frozen=True, eq=False)
 class FitResult:
     """A fitted force curve, in SI units and tension positive."""
 
     model: str
-    """Name of the model in `bem.lab.models.LADDER`."""
+    """Name of the model in `bem.lab.models.MODELS`."""
     adequate: bool
     """Whether it describes the curve; else no interval holds, and all are infinite."""
     values: dict[str, float]
@@ -55,6 +46,10 @@ class FitResult:
     """Its 95 % interval; infinite where the curve does not determine it."""
     correlations: dict[str, dict[str, float]]
     """Between each pair, of the parameters as they are searched (logarithms of positive ones)."""
+    undetermined: tuple[str, ...]
+    """Parameters that the curve does not determine."""
+    moduli: tuple[float, float] | None
+    """Smallest and largest Young's modulus over three depths, in Pa."""
     residuals: FloatArray
     """Model minus measurement, in N, shape (n,)."""
     curve: ForceCurve
@@ -65,43 +60,59 @@ class FitResult:
     noise: float
     """Standard deviation of the residuals that count, in N, by their median."""
     misfit: float
-    """Root mean square of the averaged residuals over the noise of the averaged baseline."""
+    """Root mean square of the residuals over the noise."""
     alike: tuple[str, ...]
     """Models that the curve does not tell from this one."""
-    ladder: tuple[Rung, ...]
-    """All models that were fitted, in this order."""
+    misfits: dict[str, float]
+    """Of all models that were fitted, in this order."""
+    warnings: tuple[str, ...]
+    """In words: assumptions of the model that the curve or the values contradict. They come before the numbers."""
     sentences: tuple[str, ...]
-    """In words: what is not determined, what trades off, and where the model does not describe the curve."""
+    """In words: what is not determined, what trades off, and why no model is adequate."""
     simulations: int
+    seconds: dict[str, float] = dataclasses.field(default_factory=dict)
+    """Processor time of each model."""
 
     def summary(self) -> str:
-        """Values with intervals, noise, the ladder, and what is not determined."""
-        setup, rows = self.setup, [("model", LADDER[self.model].title)]
+        """What the assumptions forbid, values with intervals, the models tried, and what is not determined."""
+        setup, rows = self.setup, [("model", MODELS[self.model].title)]
         for name, value in self.values.items():
-            low, high = (readable(bound, UNITS[name]) for bound in self.intervals[name])
-            between = f"95 %: {low} to {high}"
-            between = between if np.isfinite(self.intervals[name]).any() else "no interval"
-            rows.append((name, f"{readable(value, UNITS[name]):>14}   {between}"))
-        rows.append(("noise", f"{readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline"))
+            unit = LINEAR.get(name) or PARAMETERS[name].unit
+            title = name.replace("_", " ") if name in LINEAR else PARAMETERS[name].title
+            title += ", relaxed" if name == "relaxed_modulus" and "modulus_ratio" in self.values else ""
+            low, high = self.intervals[name]
+            text = f"{readable(value, unit):>14}"
+            if name in self.undetermined:
+                text = "not determined"
+            elif np.isfinite([low, high]).all():
+                text += f"   95 %: {readable(low, unit)} to {readable(high, unit)}"
+            elif self.adequate:
+                text = "not determined"
+            rows.append((title, text))
+            if name == "relaxed_modulus":
+                if "modulus_ratio" in self.values and "modulus_ratio" not in self.undetermined:
+                    at_once = value / self.values["modulus_ratio"]
+                    rows.append((f"{PARAMETERS[name].title}, instantaneous", f"{readable(at_once, unit):>14}"))
+                rows.append(("reduced modulus E/(1-nu^2)", f"{readable(setup.contact_modulus, unit):>14}"))
+        rows.append(("noise", f"{readable(self.noise, 'N'):>14}   residuals {self.misfit:.3g} times it"))
         if "work_of_adhesion" in self.values:
-            rows.append(("contact", f"{setup.regime} (Tabor parameter {setup.physical_tabor:.3g})"))
-        if self.model == "solver" and setup.range_is_effective:
-            rows.append(("effective range", f"{readable(setup.gap, 'm'):>14}   Tabor parameter {setup.tabor:.3g}"))
-        for rung in self.ladder:
-            known = [f"{name} {readable(rung.values[name], UNITS[name])}" for name in rung.values if name not in LINEAR]
-            rows.append((f"  {rung.model}", f"misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {', '.join(known)}"))
-        return "\n".join([*(f"{name:17} {text}" for name, text in rows), *self.sentences])
+            rows.append(("Tabor parameter", f"{setup.physical_tabor:>14.3g}   {setup.regime}"))
+        tried = ", ".join(f"{name} {misfit:.3g}" for name, misfit in self.misfits.items())
+        rows.append(("models tried", f"residuals over noise: {tried}; {sum(self.seconds.values()):.2g} s of processor"))
+        head = [f"Caution: {text}" for text in self.warnings]
+        return "\n".join([*self.measured.notes, *head, *(f"{name:29} {text}" for name, text in rows), *self.sentences])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
         setup = self.setup
-        found = {name: getattr(self, name) for name in ("model", "adequate", "alike", "values")}
-        found |= {"units": {name: UNITS[name] for name in self.values}, "intervals": self.intervals}
-        found |= {"confidence": CONFIDENCE, "correlations": self.correlations, "noise": self.noise}
-        found |= {"misfit": self.misfit, "tabor": setup.physical_tabor}
-        found |= {"effective_range": setup.gap if setup.range_is_effective else None}
-        found |= {"ladder": [vars(rung) for rung in self.ladder], "sentences": self.sentences}
-        return plain(found | {"simulations": self.simulations})
+        units = {name: LINEAR.get(name) or PARAMETERS[name].unit for name in self.values}
+        names = "model adequate alike values intervals undetermined moduli correlations noise misfit misfits seconds"
+        content = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
+            "units": units,
+            "confidence": CONFIDENCE,
+        }
+        content |= {"tabor": setup.physical_tabor}
+        return plain(content | {"notes": self.measured.notes})
 
     def plot(self, path: str | FilePath) -> None:
         """Draw measurement and model against indentation, and residuals against time; the suffix chooses the format."""
@@ -142,25 +153,25 @@ class FitResult:
 
 
 def result_of(
-    curve: ForceCurve,
-    best: Fitted,
-    ladder: Sequence[Fitted],
-    alike: Sequence[Fitted],
-    said: Sequence[str],
+    curve: ForceCurve, best: Fitted, judgement: Judgement, alike: Sequence[Fitted], tried: Sequence[Fitted]
 ) -> FitResult:
-    """The result of a climb: of the best of a ladder, with the union of its intervals and those of models alike.
-
-    `said` are sentences that come first.
-    """
+    """The result of a choice: of the best model, with the union of its intervals and those of models alike."""
     intervals, correlations = best.intervals()
-    loose = [name for name in best.names if _is_loose(best, name, intervals[name])]
+    loose = tuple(name for name in best.names if _is_loose(best, name, intervals[name]))
+    sentences = list(_sentences(best, correlations, loose, alike, judgement))
     for other in alike:
         for name, (low, high) in other.intervals()[0].items():
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
-    if not best.adequate:
+    if best.model.spans and any(each.model.name == "hertz" and judgement.adequate for each in tried):
+        hertz = next(each for each in tried if each.model.name == "hertz")
+        if hertz.criterion(best) < best.criterion(best):
+            # The ends of the contact are chosen, which gives a little adhesion in any noise.
+            sentences.insert(0, "Hertz describes the curve as well: the work of adhesion may be zero.")
+            intervals["work_of_adhesion"] = (0.0, intervals["work_of_adhesion"][1])
+    if not judgement.adequate:
         intervals = dict.fromkeys(intervals, (-np.inf, np.inf))
-    data = best.problem.data
+    data, counted = best.problem.data, best.problem.weights > 0.0
     path = Path(curve.time, prescribed_path(curve, data.setup), data.setup)
     tension = _whole_tension(best, path)
     model = ForceCurve(
@@ -170,28 +181,34 @@ def result_of(
         stage=None if path.setup.stiffness is None else path.place,
     )
     values = {name: best.values[name] for name in best.names}
-    for name in {"force_offset", "tilt", "drift"} & values.keys() if curve.force_sign == "compression" else ():
+    for name in {"force_offset", "tilt", "drag", "drift"} & values.keys() if curve.force_sign == "compression" else ():
         values[name] = -values[name]
         intervals[name] = (-intervals[name][1], -intervals[name][0])
-    rest = tension - curve.tension
-    counted = np.interp(curve.time, data.time, data.weights) > 0.5
     return FitResult(
         model=best.model.name,
-        adequate=best.adequate,
+        adequate=judgement.adequate,
         values=values,
         intervals=intervals,
         correlations=correlations,
-        residuals=rest,
+        undetermined=loose,
+        moduli=judgement.moduli,
+        residuals=tension - curve.tension,
         curve=model.with_sign(curve.force_sign),
         measured=curve,
         setup=best.setup,
-        noise=float(1.4826 * np.median(np.abs(rest[counted]))),
+        noise=float(1.4826 * np.median(np.abs((tension - curve.tension)[_counted(curve, data.time[counted])]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
-        ladder=tuple(Rung(one.model.name, one.values, one.misfit, one.seconds) for one in ladder),
-        sentences=(*said, *_sentences(best, correlations, loose, alike)),
-        simulations=best.problem.evaluations if any(one.model.name == "solver" for one in ladder) else 0,
+        misfits={each.model.name: each.misfit for each in tried},
+        warnings=tuple(_warnings(best)),
+        sentences=tuple(sentences),
+        simulations=sum(each.problem.evaluations for each in tried if each.model.name == "contact"),
     )
+
+
+def _counted(curve: ForceCurve, instants: FloatArray) -> np.ndarray:
+    """Points of a curve between the first and the last of the instants that count."""
+    return (curve.time >= instants[0]) & (curve.time <= instants[-1])
 
 
 def _whole_tension(best: Fitted, path: Path) -> FloatArray:
@@ -199,11 +216,14 @@ def _whole_tension(best: Fitted, path: Path) -> FloatArray:
     data, problem = best.problem.data, best.problem
     options = {name: value for name, value in problem.options.items() if name == "accuracy"}
     tension = best.model.tension(best.values, path, **options)
-    if best.model.adhesive:
-        inside = data.time[problem.inside]
+    if best.model.spans:
+        inside = data.time[best.inside]
         begin, end = (inside[0], inside[-1]) if inside.size else (np.inf, np.inf)
         tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
-    return tension + np.interp(path.time, data.time, problem.columns @ problem.coefficients)
+    linear = sum((data.columns[name] * best.values[name] for name in problem.linear), np.zeros(data.time.size))
+    if "tilt" in problem.linear:  # it turns about the contact point
+        linear += best.values["tilt"] * (data.place[data.first] - best.values["contact_point"])
+    return tension + np.interp(path.time, data.time, linear)
 
 
 def _is_loose(best: Fitted, name: str, interval: tuple[float, float]) -> bool:
@@ -219,62 +239,59 @@ def _is_loose(best: Fitted, name: str, interval: tuple[float, float]) -> bool:
     return bool(interval[0] <= parameter.low)
 
 
+def _warnings(best: Fitted) -> list[str]:
+    """Which assumptions of the model the curve and the fitted values contradict."""
+    setup, name, data, texts = best.setup, best.model.name, best.problem.data, []
+    depth, tabor = float(data.depth.max()), setup.physical_tabor
+    deep, radius = readable(depth, "m"), readable(setup.radius, "m")
+    if setup.relaxed_modulus > _STIFFEST:
+        texts.append(f"hardly a solid is as stiff as {readable(setup.relaxed_modulus, 'Pa')}: are the units right?")
+    if setup.radius > _LARGEST:
+        texts.append(f"hardly a sphere of such contacts has a radius of {radius}: are the units right?")
+    if setup.half_angle is None and depth > (0.3 if name == "contact" else _DEEP) * setup.radius:
+        units = ": are the units right?" if depth > 2.0 * setup.radius else ", beyond which the formula holds for none."
+        texts.append(f"the depth, {deep}, is {depth / setup.radius:.2g} times the radius, {radius}{units}")
+    if setup.half_angle is not None and depth < 2.0 * setup.radius:
+        texts.append(f"the depth, {deep}, is not large beside the radius of the apex.")
+    if setup.thickness is not None and setup.radius * depth > (_THICK * setup.thickness) ** 2:
+        texts.append(
+            f"the contact is wider than the thickness, {readable(setup.thickness, 'm')}: the series ends there."
+        )
+    if name == "dmt" and tabor > 0.3:
+        texts.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
+    if name == "jkr" and tabor < 2.0:
+        texts.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
+    if data.segments.held == "force" and name in ("hertz", "cone", "dmt", "jkr"):
+        texts.append("the force was held: an elastic model takes creep during the hold for depth.")
+    if not data.linear:
+        texts.append("the curve has no baseline: its force is taken for zero at contact; no offset or tilt is fitted.")
+    return texts
+
+
 def _sentences(
     best: Fitted,
     correlations: dict[str, dict[str, float]],
     loose: Sequence[str],
     alike: Sequence[Fitted],
+    judgement: Judgement,
 ) -> list[str]:
-    """What the curve leaves open, what trades off, and which assumptions of the model the values contradict."""
-    setup, name, found = best.setup, best.model.name, []
-    depth, tabor = float(best.problem.data.depth.max()), setup.physical_tabor
-    if not best.adequate:
-        found.append(
-            f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
-            "measurement, so that no interval holds."
-        )
-    elif best.beyond_chance:
-        found.append(
-            f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "
-            "misses something, or another minimum is better, and the intervals may be too narrow."
-        )
-    elif best.misfit > ADEQUATE:
-        found.append(
-            f"The residuals are {best.misfit:.2f} times the noise of the baseline, and the curve is too short to tell "
-            "whether chance makes them so: the intervals may be too narrow."
-        )
-    if not best.converged:
-        found.append("The search did not converge: its evaluations were spent before the residuals stopped falling.")
+    """Why no model is adequate, what the curve leaves open and what trades off."""
+    name, texts = best.model.name, []
+    titles = {each: PARAMETERS[each].title if each in PARAMETERS else each.replace("_", " ") for each in best.names}
+    texts.append(f"Segments: {best.problem.data.segments.sentence(best.problem.data.time)}.")
+    if not judgement.adequate:
+        texts.append(f"No model is adequate, so that no interval holds. {' '.join(judgement.reasons)}")
+        if judgement.moduli is not None:
+            low, high = (readable(modulus, "Pa") for modulus in judgement.moduli)
+            texts.append(f"Over three depths Young's modulus ranges from {low} to {high}.")
     for other in alike:
-        found.append(f"The curve does not tell {name} from {other.model.name}: each interval is the union of both.")
-    for each in best.at_bound:
-        end = readable(best.values[each], UNITS[each])
-        found.append(f"The best {each} is {'zero' if best.values[each] < 1e-9 else f'at the end of its range, {end}'}.")
+        texts.append(f"The curve does not tell {name} from {other.model.name}: each interval is the union of both.")
     for each in loose:
-        found.append(f"The curve does not determine {each}: {best.problem.parameters[each].advice} would.")
+        texts.append(f"The curve does not determine the {titles[each]}: {best.problem.parameters[each].advice} would.")
     for one, two in itertools.combinations(best.names, 2):
         if abs(correlation := correlations[one][two]) > _TIED:
-            found.append(
-                f"The curve hardly tells {one} from {two} (correlation {correlation:.3f}): a measured value of one "
-                "would sharpen the other."
+            texts.append(
+                f"The curve hardly tells the {titles[one]} from the {titles[two]} (correlation {correlation:.3f}): a "
+                "measured value of one would sharpen the other."
             )
-    deep, radius, gap = (readable(length, "m") for length in (depth, setup.radius, setup.gap))
-    if setup.relaxed_modulus > _STIFFEST:
-        found.append(f"Hardly a solid is as stiff as {readable(setup.relaxed_modulus, 'Pa')}: are the units right?")
-    if setup.radius > _LARGEST:
-        found.append(f"Hardly a sphere of such contacts has a radius of {radius}: are the units right?")
-    if setup.half_angle is None and depth > 0.5 * setup.radius:
-        asked = ": are the units right?" if depth > 2.0 * setup.radius else "."
-        found.append(f"The depth, {deep}, is not small beside the radius, {radius}{asked}")
-    if setup.half_angle is not None and depth < 2.0 * setup.radius:
-        found.append(f"The depth, {deep}, is not large beside the radius of the apex.")
-    if name == "dmt" and tabor > 0.3:
-        found.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
-    if name == "jkr" and tabor < 2.0:
-        found.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
-    if name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
-        found.append(
-            f"The retardation time belongs to the effective range, {gap}: the edge of the contact dissipates over it, "
-            "and a shorter one gives another time."
-        )
-    return found
+    return texts

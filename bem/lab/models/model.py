@@ -1,4 +1,4 @@
-"""What a model of a force curve is: its parameters, and the tension along the path of an instrument.
+"""What a model of a force curve is: source, assumptions, parameters, and the tension along the path of an instrument.
 
 A model knows neither offset, tilt, drag nor drift: those enter linearly and belong to the fit. Lengths in m, tensions
 in N, positive in tension, moduli in Pa, times in s.
@@ -6,7 +6,6 @@ in N, positive in tension, moduli in Pa, times in s.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,26 +15,12 @@ from typing import Literal
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.contact_point import noise_of
+from bem.lab.segments import straight_lines
 from bem.lab.setup import Setup
 
-_CLOSENESS = 1e-3  # of the range of the path, by which the lines may miss a measured point
-_FEWEST = 4  # samples between two corners, from which a line through them is better than one through the corners
-MOST_KNOTS = 400
-
 Values = Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A change of a measured force between two samples that stands out of noise and neighbours."""
-
-    time: float
-    """Midway between the samples, in s."""
-    level: float
-    """Tension midway between theirs, over that of the baseline, in N."""
-    out: bool
-    """Whether out of contact, where the tension falls, or into it."""
+TABLE = np.linspace(0.0, 1.0, 1500) ** 2
+"""Shares of the largest value at which a branch is tabulated, denser where the contact begins."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +44,10 @@ class Path:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a model, with its bounds and what would determine it."""
+    """One parameter of a model: its name in Python and on paper, its range, and what would determine it."""
 
     name: str
+    title: str
     unit: str
     scale: Literal["logarithm", "logit", "linear"]
     """How it is searched: positive quantities as logarithms, shares between 0 and 1 as logits."""
@@ -83,12 +69,19 @@ class Parameter:
         return 1.0 / (1.0 + math.exp(-max(min(inner, 700.0), -700.0))) if self.scale == "logit" else inner
 
 
-MODULUS = Parameter("relaxed_modulus", "Pa", "logarithm", 1e0, 1e12, "a deeper indentation")
-ADHESION = Parameter("work_of_adhesion", "J/m^2", "linear", 0.0, 1e3, "a retraction up to detachment")
-CONTACT_POINT = Parameter("contact_point", "m", "linear", -math.inf, math.inf, "an approach from out of contact")
-RETARDATION_TIME = Parameter("retardation_time", "s", "logarithm", 1e-9, 1e9, "a dwell or a ramp about as long as it")
+MODULUS = Parameter("relaxed_modulus", "Young's modulus", "Pa", "logarithm", 1e-1, 1e13, "a deeper indentation")
+ADHESION = Parameter(
+    "work_of_adhesion", "work of adhesion", "J/m^2", "linear", 0.0, 1e3, "a retraction up to detachment"
+)
+CONTACT_POINT = Parameter(
+    "contact_point", "contact point", "m", "linear", -math.inf, math.inf, "an approach from out of contact"
+)
+RETARDATION_TIME = Parameter(
+    "retardation_time", "retardation time", "s", "logarithm", 1e-9, 1e9, "a hold or a ramp about as long as it"
+)
 MODULUS_RATIO = Parameter(
-    "modulus_ratio", "", "logit", 0.01, 0.999, "a ramp shorter than the retardation time, and a dwell longer"
+    *("modulus_ratio", "relaxed over instantaneous modulus", "", "logit", 0.01, 0.999),
+    "a ramp shorter than the retardation time, and a hold longer",
 )
 
 
@@ -99,19 +92,31 @@ class Model:
     Args:
         name: by which `fit` and `--model` know it.
         title: in words.
+        source: of the formula.
+        assumptions: under which it holds.
         parameters: all but the contact point, which every model has.
-        tension: of the contact along a path, shape (n,), by values and path; an adhesive model's is that in contact,
-            everywhere.
+        tension: of the contact along a path, shape (n,), by values and path; that of DMT and JKR is the tension in
+            contact, everywhere.
         difference: change of a transformed parameter, relative to its scale, over which derivatives are taken.
-        adhesive: whether the tension is that in contact alone, so that the fit looks for where the contact ends.
     """
 
     name: str
     title: str
+    source: str
+    assumptions: str
     parameters: tuple[Parameter, ...]
     tension: Callable[..., FloatArray]
     difference: float = 1e-4
-    adhesive: bool = False
+
+    @property
+    def costly(self) -> bool:
+        """Whether derivatives are taken on one side only, because a tension takes long."""
+        return self.name in ("ting", "contact")
+
+    @property
+    def spans(self) -> bool:
+        """Whether the fit looks for where the contact begins and ends."""
+        return self.name in ("dmt", "jkr")
 
 
 def setup_of(values: Values, setup: Setup) -> Setup:
@@ -120,55 +125,23 @@ def setup_of(values: Values, setup: Setup) -> Setup:
     return setup.replaced(**{name: values[name] for name in names if values.get(name, 0.0) > 0.0})
 
 
-def contact_modulus(values: Values, setup: Setup) -> float:
+def reduced_modulus(values: Values, setup: Setup) -> float:
     """E* = E / (1 - nu^2), in Pa."""
     return values["relaxed_modulus"] / (1.0 - setup.poisson_ratio**2)
 
 
-def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Instants from zero, in s, and positions, in m, of few points between which a measured path is straight.
+def deepest(values: Values, path: Path) -> float:
+    """Depth, in m, to which a branch is needed; a spring that adhesion stretches lets the sphere ahead of the stage."""
+    stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
+    return max(float(path.place.max()) - values["contact_point"], 0.0) + stretched + 1e-15
 
-    Lines are split at the point they miss most (Ramer, 1972; Douglas and Peucker, 1973) until none is missed by more
-    than a thousandth of the range, or by three standard deviations of the noise. A corner falls between two samples: it
-    is where the lines through the points on either side of it meet.
+
+def along(depth: FloatArray, tension: FloatArray, values: Values, path: Path) -> FloatArray:
+    """The tension at each point of a path, (n,), by a branch of depths and tensions, both (m,).
+
+    A spring moves the end of the branch to where contact and spring lose stability together. Beyond its ends the branch
+    is continued by its last value.
     """
-    time, first = np.unique(time - time[0], return_index=True)
-    depth = path[first]
-    allowed = max(_CLOSENESS * float(np.ptp(depth)), 3.0 * noise_of(depth))
-    kept, open_pieces = {0, time.size - 1}, [(0, time.size - 1)]
-    while open_pieces and len(kept) < MOST_KNOTS:
-        begin, end = open_pieces.pop()
-        line = np.interp(time[begin : end + 1], time[[begin, end]], depth[[begin, end]])
-        missed = np.abs(depth[begin : end + 1] - line)
-        worst = int(np.argmax(missed))
-        if missed[worst] > allowed:
-            kept.add(begin + worst)
-            open_pieces += [(begin, begin + worst), (begin + worst, end)]
-    return _corners(time, depth, sorted(kept))
-
-
-def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[FloatArray, FloatArray]:
-    """Corners near the samples `knots`: where the lines through the points on either side meet, if within a sample."""
-    corners = {knot: (float(time[knot]), float(depth[knot])) for knot in knots}
-    straight = [(a, b) for a, b in itertools.pairwise(knots) if b - a > _FEWEST]
-    lines = [_line(time[begin + 1 : end], depth[begin + 1 : end]) for begin, end in straight]
-    for ((_, end), (begin, _)), (before, after) in zip(
-        itertools.pairwise(straight), itertools.pairwise(lines), strict=True
-    ):
-        # One corner may have left two knots, the samples on either side of it.
-        if begin - end > 1 or 0.0 in (before[1], after[1]) or before[1] == after[1]:
-            continue
-        instant = (after[0] - before[0]) / (before[1] - after[1])
-        if time[end - 1] <= instant <= time[begin + 1]:
-            corners[end] = float(instant), float(before[0] + before[1] * instant)
-            if begin > end:
-                del corners[begin]
-    instants, places = np.array(list(corners.values())).T
-    return instants, places
-
-
-def _line(time: FloatArray, depth: FloatArray) -> tuple[float, float]:
-    """Ordinate and slope of the line through points; `convert` of NumPy would swallow what a signal handler raises."""
-    line = np.polynomial.Polynomial.fit(time, depth, 1)
-    offset, scale = line.mapparms()
-    return line.coef[0] + line.coef[1] * offset, line.coef[1] * scale
+    stage = depth - tension * path.compliance
+    first = int(np.argmin(stage))
+    return np.interp(path.place - values["contact_point"], stage[first:], tension[first:])

@@ -1,11 +1,9 @@
-"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid.
+"""Ting: a sphere on a viscoelastic half-space or layer without adhesion, a standard linear solid.
 
-A contact that stays a disc is a row of independent springs and dashpots, at distances x from its middle, whose tops the
-profile x^2/R presses to depth - x^2/R (Popov and Hess, Method of Dimensionality Reduction, 2015, chapter 8). The
-surface follows the sphere, or relaxes freely where it would have to be pulled. That holds for any history, behind a
-spring too.
-
-Source: Ting, J. Appl. Mech. 33 (1966) 845.
+The contact is a row of independent springs and dashpots, at distances x from its middle, whose tops the sphere presses
+by depth - g(x), where 2 E* x is the slope of the elastic force at the depth g(x) (Popov and Hess, Method of
+Dimensionality Reduction, 2015, chapter 8). The surface follows the sphere, or relaxes freely where it would have to be
+pulled. That holds for any history, holds and several cycles included, behind a spring too.
 """
 
 from __future__ import annotations
@@ -14,31 +12,23 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.lab.models.model import (
-    MODULUS,
-    MODULUS_RATIO,
-    RETARDATION_TIME,
-    Model,
-    Path,
-    Values,
-    contact_modulus,
-)
+from bem.lab.models.hertz import pressing
+from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, reduced_modulus
 from bem.materials_library import relaxation_spectrum
 from bem.problem.materials import PronySeries
 
 _ELEMENTS = 100
 
-Relaxation = tuple[float, FloatArray, FloatArray]
-"""Contact modulus after all relaxation (Pa), and the terms of E*(t) beside it: strengths (Pa) and times (s)."""
-
 
 def tension(values: Values, path: Path) -> FloatArray:
     """See `Model.tension`."""
     apart = path.place - values["contact_point"]
-    widest = np.sqrt(path.setup.radius * max(float(apart.max()), 1e-15))
-    profile = ((np.arange(_ELEMENTS) + 0.5) * widest / _ELEMENTS) ** 2 / path.setup.radius
+    depth, force = pressing(path.setup, max(float(apart.max()), 1e-15))
+    half_width = np.gradient(force, depth) / 2.0
+    places = (np.arange(_ELEMENTS) + 0.5) * half_width[-1] / _ELEMENTS
+    profile, width = np.interp(places, half_width, depth), 2.0 * half_width[-1] / _ELEMENTS
     relaxed, strengths, times = _relaxation(values, path)
-    return -pressed(path.time, apart, profile, 2.0 * widest / _ELEMENTS, relaxed, strengths, times, path.compliance)
+    return -pressed(path.time, apart, profile, width, relaxed, strengths, times, path.compliance)
 
 
 @kernel
@@ -59,7 +49,8 @@ def pressed(
         apart: path of the stage from first contact, in m.
         profile: depths (m,) by which the sphere falls back at the elements.
         width: of an element, both sides of the middle together, in m.
-        relaxed, strengths, times: as in `Relaxation`.
+        relaxed, strengths, times: contact modulus after all relaxation (Pa), and strengths (Pa) and times (s) of the
+            terms beside it.
         compliance: of the spring, in m/N.
     """
     force = np.zeros(time.size)
@@ -107,9 +98,13 @@ def pressed(
     return force
 
 
-def _relaxation(values: Values, path: Path) -> Relaxation:
-    """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time, or a known series."""
-    relaxed, material = contact_modulus(values, path.setup), path.setup.material
+def _relaxation(values: Values, path: Path) -> tuple[float, FloatArray, FloatArray]:
+    """Reduced modulus after all relaxation (Pa), and the terms beside it: strengths (Pa) and times (s).
+
+    A standard linear solid has one, whose relaxation time is modulus ratio times retardation time; a known series its
+    own.
+    """
+    relaxed, material = reduced_modulus(values, path.setup), path.setup.material
     if isinstance(material, PronySeries):
         moduli, times = relaxation_spectrum(material)
         return relaxed, relaxed * moduli, times * path.setup.time_scale
@@ -119,7 +114,9 @@ def _relaxation(values: Values, path: Path) -> Relaxation:
 
 MODEL = Model(
     "ting",
-    "Ting: viscoelastic sphere without adhesion, standard linear solid or the known series",
+    "Ting: viscoelastic sphere without adhesion, exact geometry",
+    "Ting, J. Appl. Mech. 33 (1966) 845",
+    "no adhesion, a standard linear solid or a known series, a half-space or a bonded layer, depth at most the radius",
     (MODULUS, RETARDATION_TIME, MODULUS_RATIO),
     tension,
     1e-3,

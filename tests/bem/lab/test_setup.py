@@ -11,12 +11,13 @@ from bem import Elastic, PronySeries, StandardLinearSolid, simulate
 from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
 from bem.methods.closed_forms import jkr
 from bem.results.plots import COLOURS
-from tests.bem.lab.measurement import BEAD
+from tests.bem.lab import measurement
 
 AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}
 TIP = Setup(**AFM)
 RELAXING = TIP.replaced(retardation_time=0.5, material=StandardLinearSolid(0.2))
 SLOW, FAST = ({"loading_rate": speed, "unloading_rate": speed} for speed in (1e-8, 2e-6))
+BEAD = measurement.BEAD.replaced(largest_tabor=3.0)  # of an effective range
 ELASTIC_BEAD = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6)
 
 

@@ -35,7 +35,7 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
         raise lab_coverage.FitError("the fit did not converge")
 
     monkeypatch.setattr(lab_coverage, "fit", fails)
-    study = lab_coverage.study(curves=1, cases=1, folder=tmp_path)
+    study = lab_coverage.study(curves=1, shapes=1, cases=1, folder=tmp_path)
     for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert (study[group]["cases"], study[group]["fitted"], study[group]["right"]) == (1, 0, 0)
         assert study[group]["results"][0]["failure"] == "the fit did not converge"
@@ -44,7 +44,7 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_intervals_hold_truth_and_are_kept(tmp_path, monkeypatch):
-    settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}
+    settings = {"curves": 1, "shapes": 1, "cases": 1, "folder": tmp_path / "kept"}
     first = lab_coverage.study(**settings)
     inside = []
     for group in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):

@@ -1,4 +1,4 @@
-"""The solver of `bem`: adhesion and relaxation together, along a path that a few straight lines approximate.
+"""The contact itself, adhesion and relaxation together, by `bem.simulate`, along a few straight lines.
 
 An instability falls between two samples. A model jumps where it passes the level of the measured jump, and the forces
 between the two instants say nothing. How late it jumps out of contact counts in their place; when it jumps into contact
@@ -8,23 +8,36 @@ depends on the range of adhesion, which may be an effective one, and does not co
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values, setup_of
+from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, setup_of
 from bem.lab.setup import Setup
 from bem.methods.closed_forms.dmt import rigid_force_from_indentation
 from bem.problem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from bem.results.trajectory import Trajectory
 
-MEMORY = ("retardation_time", "modulus_ratio")
 _FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
 _FURTHER = 0.1  # of the duration, by which the last line is continued
 _NEAR = 0.05  # of the duration, from which on the forces between two jumps lead the search
 _SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
+_SLOWER = 3.0  # times as long as those of a sharp crack take the multiplications of boundary elements
 _ONE = 5e9  # multiplications and additions that one simulation may take, however few are left
 _SATURATES = 30.0  # standard deviations, beyond which lateness counts as its logarithm
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A change of a measured force between two samples that stands out of noise and neighbours."""
+
+    time: float
+    """Midway between the samples, in s."""
+    level: float
+    """Tension midway between theirs, over that of the baseline, in N."""
+    out: bool
+    """Whether out of contact, where the tension falls, or into it."""
 
 
 class NoContactError(RuntimeError):
@@ -73,6 +86,7 @@ def tension(
     Raises:
         NoContactError: the solver does not complete the contact, or the budget is spent.
     """
+    from bem.methods.sharp_crack.edge_law import interpolated_tables
     from bem.simulation import simulate
 
     if budget is not None and budget[0] < 0.0:
@@ -83,9 +97,10 @@ def tension(
     except ValueError as error:  # a search wanders beyond what the solver takes
         raise NoContactError(str(error)) from error
     most = max(budget[0] if budget else 0.0, _ONE)
-    trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
+    with interpolated_tables():
+        trajectory = simulate(setup.scene(), protocol, accuracy, most_work=most)
     if budget is not None:
-        budget[0] -= trajectory.stats.multiply_adds
+        budget[0] -= trajectory.stats.multiply_adds * (1.0 if trajectory.stats.method == "sharp crack" else _SLOWER)
     if not trajectory.completed:
         raise NoContactError(str(trajectory.status))
     instants = (path.time - begin) / setup.time_scale
@@ -121,9 +136,11 @@ def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) ->
 
 
 MODEL = Model(
-    "solver",
-    "solver: viscoelastic sphere with adhesion, standard linear solid",
-    (MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
+    "contact",
+    "contact: viscoelastic sphere with adhesion",
+    "bem.simulate; docs/theory.md",
+    "a standard linear solid or a known series, a half-space, depth small beside the radius",
+    (MODULUS, ADHESION, RETARDATION_TIME, replace(MODULUS_RATIO, low=0.015, high=0.96)),
     tension,
     0.02,
 )

@@ -1,0 +1,103 @@
+"""Read the formats of afmformats."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile, is_zipfile
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
+from bem.lab.raw_curve import RawCurve
+
+INSTALL = "`pip install '.[lab]'` in a clone of the repository"
+
+_MOST_BYTES = 2**31  # of an AFM file, unpacked: most formats are archives
+_HEIGHTS = ("height (measured)", "height (piezo)")
+
+
+class InstrumentError(ValueError):
+    """A file that afmformats knows lacks something of a force curve."""
+
+
+def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: float | None = None) -> list[RawCurve]:
+    """Read all force curves of an AFM file.
+
+    afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
+    given spring constant (N/m) or sensitivity (m/V) replaces the file's own, and the force changes with it.
+
+    Raises:
+        ValueError: afmformats is not installed, or the file is not one it reads.
+        FileNotFoundError: there is no such file.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(2, "No such file or directory", str(path))
+    if not path.is_file():
+        what = "a directory" if path.is_dir() else "not a regular file"
+        raise ValueError(f"path must be a text or an AFM file; received {path}, which is {what}")
+    try:
+        import afmformats
+    except ImportError as error:
+        raise ValueError(
+            f"files such as {path} need afmformats, from {INSTALL}; received a file that is no CSV"
+        ) from error
+    # The library logs whole tracebacks, which Python prints to the terminal where nobody handles them.
+    logging.getLogger("afmformats").addHandler(logging.NullHandler())
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with ZipFile(path) if is_zipfile(path) else nullcontext() as archive:
+                size = sum(part.file_size for part in archive.infolist()) if archive else path.stat().st_size
+            if size > _MOST_BYTES:
+                raise ValueError(f"{size} bytes, more than {_MOST_BYTES}")
+            values = {"spring constant": stiffness, "sensitivity": sensitivity}
+            given = {name: value for name, value in values.items() if value is not None}
+            try:
+                curves = afmformats.load_data(path, meta_override=dict(given))
+            except NotImplementedError:  # some of its readers take none
+                curves = afmformats.load_data(path)
+            return [_converted(curve, given, path) for curve in curves]
+    except InstrumentError:
+        raise
+    # Its own errors are no `Exception`, and each of its readers raises others.
+    except afmformats.errors.MissingMetaDataError as error:
+        raise InstrumentError(
+            f"Expected an AFM file with its metadata, or --stiffness in N/m and --sensitivity in m/V; received {path} "
+            f"({shown(str(error))})"
+        ) from error
+    except (Exception, afmformats.errors.AFMFileFormatError) as error:
+        raise ValueError(
+            f"Expected a CSV or an AFM file that afmformats reads; received {path} ({shown(str(error))})"
+        ) from error
+
+
+def _converted(curve: Any, given: Mapping[str, float], path: Path) -> RawCurve:
+    names = ("force", "time", *_HEIGHTS, "tip position")
+    found = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
+    if "force" not in found:
+        raise InstrumentError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
+    spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
+    spring = given.get("spring constant", spring)
+    for name, value in given.items():
+        found["force"] = found["force"] * (value / float(curve.metadata.get(name) or value))
+    quantities: dict[str, FloatArray] = {name: found[name] for name in ("force", "time") if name in found}
+    heights = [found[name] for name in _HEIGHTS if name in found]
+    if heights and np.isfinite(spring):
+        quantities["height"] = heights[0]
+    elif "tip position" in found:
+        quantities["indentation"] = -found["tip position"]
+    else:
+        raise InstrumentError(
+            f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "
+            "the spring constant"
+        )
+    x, y = (float(curve.metadata.get(f"position {axis}", np.nan)) for axis in "xy")
+    spring_used, speed_known = spring if "height" in quantities else None, speed if np.isfinite(speed) else None
+    return RawCurve(quantities, spring_used, speed_known, (x, y), ("Read by afmformats; compression positive.",))

@@ -1,0 +1,77 @@
+"""The search of the contact's parameters: several memories at draft accuracy, then the best at the wanted one.
+
+A force that decays over a hold looks like the beginning of a slow relaxation or the whole of a faster and smaller one,
+and a search does not cross from one to the other. It therefore begins at several retardation times and modulus ratios,
+until it has met the lowest misfit twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+
+import numpy as np
+
+from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.models.contact import NoContactError
+
+_TIMES, _RATIOS = (0.005, 0.03, 0.15, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
+_ADHESIONS = (0.8, 0.4, 0.15)  # of the elastic work of adhesion: an edge that relaxes pulls more than its work
+_SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
+_TWICE = 1.002  # times the misfit, up to which two runs have met the same
+_CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
+_WORK = 5e10  # multiplications and additions of a search, some four seconds
+_KEPT = 0.5  # of them, for the last run
+
+
+def search(problem: Regression, start: Mapping[str, float], accuracy: str | float) -> Fitted:
+    """The best of the runs from several memories, or from `start` where the memory is known, at `accuracy`.
+
+    Raises:
+        NoContactError: the solver completes no contact from any of them.
+    """
+    budget = [_WORK]
+    problem.options |= {"accuracy": "draft", "budget": budget}
+    starts = _starts(start, set(problem.free), problem.data.duration)
+    points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
+    runs: list[Fitted] = []
+    failure = NoContactError("the solver completes no contact")
+    for x in points[:_TRIED]:
+        try:
+            runs.append(problem.run(x, _SHORT, _CLOSENESS))
+        except NoContactError as error:
+            failure = error
+            continue
+        runs.sort(key=lambda run: run.misfit)
+        if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
+            break
+        if budget[0] < _KEPT * _WORK:
+            break
+    if not runs:
+        raise failure
+    best, reached = runs[0], problem.options["accuracy"]
+    with suppress(NoContactError):
+        problem.options["accuracy"] = accuracy
+        best, reached = problem.run(best.x, _LONG, _CLOSENESS), accuracy
+    problem.options |= {"accuracy": reached, "budget": None}
+    # A run that spends the budget has no derivatives where it ends.
+    return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
+
+
+def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list[dict[str, float]]:
+    """Points with several retardation times, modulus ratios and works of adhesion, as far as they are free.
+
+    An approach shows a stiffer solid than the relaxed one.
+    """
+    starts = [dict(start)]
+    if {"retardation_time", "modulus_ratio"} <= free:
+        starts = [
+            each | {"retardation_time": share * duration, "modulus_ratio": ratio}
+            | {"relaxed_modulus": each["relaxed_modulus"] * ratio**0.25}
+            for each in starts for ratio in _RATIOS for share in _TIMES
+        ]  # fmt: skip
+    if "work_of_adhesion" in free:
+        starts = [
+            each | {"work_of_adhesion": each["work_of_adhesion"] * share} for each in starts for share in _ADHESIONS
+        ]
+    return starts

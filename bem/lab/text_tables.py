@@ -1,0 +1,106 @@
+"""The table of a text file, whatever its encoding, separator and decimal sign, and the lines before it."""
+
+from __future__ import annotations
+
+import codecs
+import re
+import stat
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
+from bem.lab.exporters import column_of
+
+_MOST_TEXT = 2**26  # bytes
+_HEADER_LINES = 2000  # before the first row of numbers
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_MISSING = {"", "nan", "-nan", "inf", "-inf", "n/a", "#n/a", "na", "null", "none", "-", "--"}
+
+
+def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, str], int]:
+    """Titles, units of a line of their own, numbers (n, m) with NaN for nothing, facts, and rows that were left out."""
+    lines = _decoded(path).splitlines()
+    separator, start = _first_row(lines)
+    if start is None:
+        raise ValueError(f"a file must have a header and at least two rows of numbers; received {path}")
+    count, titles, units, facts = len(_cells(lines[start], separator)), [""], [""], {}
+    for line in lines[:start]:
+        text = line.lstrip("# \t")
+        key, _, value = text.partition(":") if line.startswith("#") else text.partition(separator or "\t")
+        facts[key.strip().lower()] = value.strip().strip('"')
+        if key.strip().lower() == "units":
+            units = value.split()
+        elif key.strip().lower() in ("columns", "fancynames"):
+            titles = value.split() if '"' not in value or len(titles) > 1 else re.findall(r'"([^"]*)"', value)
+        elif len(cells := _cells(text, separator)) == count and not all(map(_is_number, cells)):
+            titles = cells
+    rows, dropped = [], 0
+    for number, line in enumerate(lines[start:], 1):
+        if line.startswith("#"):
+            continue
+        cells = _cells(line, separator)
+        values = np.full(count, np.nan)
+        for n, cell in enumerate(cells[:count]):
+            if _is_number(cell):
+                values[n] = float(cell.replace(",", "."))
+            elif cell.strip().lower() not in _MISSING:
+                raise ValueError(
+                    f"a row must hold numbers; received {shown(cell)} in column {n + 1} of row {number} of {path}"
+                )
+        if np.isfinite(values).any():
+            rows.append(values)
+        else:
+            dropped += 1
+    table = np.array(rows)
+    several = any(column_of(title)[2] for title in titles)
+    known = [n for n, title in enumerate(titles[:count]) if title]
+    whole = np.isfinite(table[:, known]).all(axis=1) | several
+    return titles, units, table[whole], facts, dropped + int(np.count_nonzero(~whole))
+
+
+def _first_row(lines: Sequence[str]) -> tuple[str | None, int | None]:
+    """Separator and number of the first of two rows of numbers."""
+    for number, line in enumerate(lines[:_HEADER_LINES]):
+        if line.startswith("#") or not line.strip():
+            continue
+        for separator in (";", "\t", ",", None):
+            cells = _cells(line, separator)
+            if len(cells) > 1 and sum(map(_is_number, cells)) > 1 and all(
+                _is_number(cell) or cell.strip().lower() in _MISSING for cell in cells
+            ):  # fmt: skip
+                return separator, number
+    return None, None
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    return [cell.strip().strip('"') for cell in (line.split() if separator is None else line.split(separator))]
+
+
+def _is_number(cell: str) -> bool:
+    return NUMBER.fullmatch(cell.strip().replace(",", ".", 1)) is not None
+
+
+def _decoded(path: Path) -> str:
+    """The text of a file in UTF-8, UTF-16 or the encoding of Windows in the west."""
+    if path.is_dir():
+        raise ValueError(f"path must be a text file of columns; received {path}, which is a directory")
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise ValueError(f"path must be a text file of columns; received {path}, which is not a regular file")
+    with path.open("rb") as file:
+        data = file.read(_MOST_TEXT + 1)
+    if len(data) > _MOST_TEXT:
+        raise ValueError(f"a text file must have at most {_MOST_TEXT} bytes; received {path}, which has more")
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    wide_without_mark = not wide and len(data) > 20 and data[1:400:2].count(0) > 0.9 * len(data[1:400:2])
+    encodings = ("utf-16",) if wide else ("utf-16-le",) if wide_without_mark else ("utf-8-sig", "cp1252", "latin-1")
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise ValueError(f"a file must be text in UTF-8, UTF-16 or Latin-1; received {path}, which is not")
