@@ -88,7 +88,7 @@ def jkr(rng):
     """JKR behind a spring, with its jumps."""
     radius, modulus, work = 10 ** rng.uniform(-5.7, -4.7), 10 ** rng.uniform(5.5, 6.5), 10 ** rng.uniform(-2.0, -1.0)
     reduced = modulus / INCOMPRESSIBLE
-    work = min(work, 0.05 * reduced * radius)  # the contact stays smaller than the sphere
+    work = min(work, 0.05 * reduced * radius)
     a0 = (6.0 * np.pi * work * radius**2 / (4.0 / 3.0 * reduced)) ** (1 / 3)
     stiffness = 2.0 * reduced * a0 * rng.uniform(0.2, 2.0)
 
@@ -100,7 +100,8 @@ def jkr(rng):
         depth = 0.5 * a * np.log((radius + a) / (radius - a))
         return depth - np.sqrt(2.0 * np.pi * work * a / reduced) - force_of(a) / stiffness
 
-    radii = np.linspace(0.05 * a0, rng.uniform(1.1, 1.5) * a0, 200_001)
+    # The contact stays smaller than the sphere.
+    radii = np.linspace(0.05 * a0, min(rng.uniform(1.1, 1.5) * a0, 0.95 * radius), 200_001)
     stages = stage_of(radii)
     turn = int(np.argmin(stages))
     time, position = stage_path(rng, rng.uniform(0.5, 1.5) * (stages[-1] - stages[turn]) - stages[turn], stages[-1])
