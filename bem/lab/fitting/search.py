@@ -20,8 +20,8 @@ _ADHESIONS = (0.8, 0.4, 0.15)  # of the elastic work of adhesion: an edge that r
 _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
-_WORK = 5e10  # multiplications and additions of a search, some four seconds
-_KEPT = 0.5  # of them, for the last run
+_WORK = 8e10  # multiplications and additions of a search, some five seconds
+_KEPT = 0.35  # of them, for the last run
 
 
 def search(problem: Regression, start: Mapping[str, float], accuracy: str | float) -> Fitted:

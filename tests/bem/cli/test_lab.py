@@ -30,9 +30,9 @@ def simulated(*flags, command="simulate", **changes):
 
 
 def test_radius_gives_si_units_and_json(tmp_path):
-    output = simulated(csv=tmp_path / "a.csv").output
-    assert "still attached at the end" in output
-    assert "the pull-off force depends on the effective range" in output
+    result = simulated(csv=tmp_path / "a.csv")
+    assert "still attached at the end" in result.output
+    assert "the pull-off force depends on the effective range" in result.output
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
     assert curve.indentation.max() == pytest.approx(3e-7)
@@ -42,12 +42,12 @@ def test_radius_gives_si_units_and_json(tmp_path):
     assert summary["pull_off_force"] == pytest.approx(curve.pull_off_force)
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
     units |= {"loading_rate": "2um/s", "retardation_time": "100ms", "csv": tmp_path / "a.csv"}
-    assert simulated(command="simulate-si", **units).output == output
+    assert simulated(command="simulate-si", **units).stdout == result.stdout
 
 
 def test_material_is_an_entry_of_the_library():
     outputs = [
-        simulated(retardation_time=None, material=material, modulus=modulus).output
+        simulated(retardation_time=None, material=material, modulus=modulus).stdout
         for modulus, material in (
             *(("2e6", "sylgard_184"), ("2e6", "elastic")),
             *((None, "sylgard_184"), ("2.05e6", "elastic")),  # its modulus is the default

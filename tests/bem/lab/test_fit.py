@@ -358,7 +358,9 @@ def test_a_soft_spring_jumps_from_afar_and_a_fast_memory_is_found():
     result = fit(curve, guess_setup(curve, radius=50e-6), ALL, accuracy="draft")
     assert result.noise == pytest.approx(0.003 * np.ptp(curve.force), rel=0.1)
     assert result.values["retardation_time"] == pytest.approx(0.05, rel=0.3)
-    assert result.values["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
+    # Along a valley of one misfit the work of adhesion trades off with the modulus ratio: its interval is wide.
+    low, high = result.intervals["work_of_adhesion"]
+    assert 0.03 < low < 0.05 < high < 0.07
     # The attraction far away is not taken for an offset.
     assert abs(result.values["force_offset"]) < 3e-9
 
