@@ -194,7 +194,8 @@ def test_budget_keeps_what_was_computed(scene, protocol, method):
 
 
 @pytest.mark.slow
-def test_a_tightened_accuracy_is_said():
+def test_the_loosest_target_takes_one_attempt():
+    """At a coarser mesh than a draft's several of these were tried again."""
     random, attempts = np.random.default_rng(5), set()
     for _ in range(40):
         tabor, ratio = random.uniform(6.0, 10.0), np.exp(random.uniform(np.log(0.01), np.log(0.1)))
@@ -202,16 +203,9 @@ def test_a_tightened_accuracy_is_said():
         depths = tabor * np.array([-2.1, random.uniform(0.0, 4.0), random.uniform(0.0, 2.0), -3.5])
         scene = Scene(tabor, StandardLinearSolid(ratio), adhesion=ConstantStress())
         trajectory = by_elements(scene, PiecewiseLinearProtocol(times, depths), 0.05)
-        stats = trajectory.stats
-        message = (
-            f"completed (accuracy tightened from 0.05 to {trajectory.accuracy:g} after {stats.failed_attempts} failed"
-        )
-        assert trajectory.status.startswith(message) if stats.attempts > 1 else trajectory.status == "completed"
-        assert trajectory.completed
-        assert trajectory.accuracy == 0.05 / 2.0**stats.failed_attempts
-        assert stats.attempts == stats.failed_attempts + 1
-        attempts.add(stats.attempts)
-    assert len(attempts) > 1
+        assert (trajectory.status, trajectory.accuracy) == ("completed", 0.05)
+        attempts.add(trajectory.stats.attempts)
+    assert attempts == {1}
 
 
 LARGE_MU = {
