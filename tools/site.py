@@ -62,7 +62,7 @@ def _figures() -> tuple[str, list[Path]]:
             parts += [f"**What differs from the paper**: {entry.get('differs', 'it has no such figure.').strip()}"]
             parts += [f"`make {name}`"]
     if not pictures:
-        raise FileNotFoundError("results/figures must hold pictures, which `make figures` draws; it holds none")
+        parts.append("None is drawn yet: `make docs` draws them first.")
     return "\n\n".join(parts), pictures
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,11 +20,11 @@ from bem.lab.models.contact import NoContactError
 _TIMES, _RATIOS = (0.005, 0.03, 0.15, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
 _ADHESIONS = (0.8, 0.4, 0.15)  # of the elastic work of adhesion: an edge that relaxes pulls more than its work
 _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
-_AGAIN, _FARTHER = 2, (4.0, 8.0)  # times that a last run is begun again, and how far along its last step
+_FARTHER = 4.0, 8.0  # times the last step, at which the misfit of a run that has ended is no lower
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
 _WORK = 8e10  # multiplications and additions of a search, some five seconds
-_KEPT = 0.45  # of them, for the last run
+_KEPT = 0.35  # of them, for the last run
 
 
 def search(problem: Regression, start: Mapping[str, float], accuracy: str | float) -> Fitted:
@@ -54,26 +55,22 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     best, reached = runs[0], problem.options["accuracy"]
     with suppress(NoContactError):
         problem.options["accuracy"] = accuracy
-        best, reached = _to_the_end(problem, best.x), accuracy
+        best, reached = _last(problem, best.x), accuracy
     problem.options |= {"accuracy": reached, "budget": None}
     # A run that spends the budget has no derivatives where it ends.
     return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
 
 
-def _to_the_end(problem: Regression, x: FloatArray) -> Fitted:
-    """The last run, begun again as long as the misfit falls farther along its last step.
+def _last(problem: Regression, x: FloatArray) -> Fitted:
+    """The last run. It did not converge where the misfit falls farther along its step.
 
     The solver's own error makes the bottom of a valley uneven, so that a run may end on its way.
     """
     fitted = problem.run(x, _LONG, _CLOSENESS)
-    for _ in range(_AGAIN):
-        step = np.linalg.lstsq(problem.jacobian(fitted.x), -problem.residuals(fitted.x), rcond=1e-9)[0]
-        points = [np.clip(fitted.x + factor * step, *problem.bounds) for factor in _FARTHER]
-        squares = [float(np.sum(problem.residuals(point) ** 2)) for point in points]
-        if min(squares) * _TWICE**2 > float(np.sum(fitted.residuals**2)):
-            break
-        fitted = problem.run(points[int(np.argmin(squares))], _LONG, _CLOSENESS)
-    return fitted
+    step = np.linalg.lstsq(problem.jacobian(fitted.x), -problem.residuals(fitted.x), rcond=1e-9)[0]
+    points = [np.clip(fitted.x + factor * step, *problem.bounds) for factor in _FARTHER]
+    least = min(float(np.sum(problem.residuals(point) ** 2)) for point in points)
+    return replace(fitted, converged=fitted.converged and least * _TWICE**2 > float(np.sum(fitted.residuals**2)))
 
 
 def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list[dict[str, float]]:
