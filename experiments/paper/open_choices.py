@@ -151,7 +151,7 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
     protocols, simulations = held_out(models / label, dataset, config)
     split, cases = Split.of(models / label), [Case.of(row) for row in rows_of(protocols)]
     hidden = Hidden.draw(len(cases), common.MODULUS_RATIO)
-    labels, forces = {REFERENCE: label} | PAPER_TRAINED, {}
+    labels, forces = PAPER_TRAINED | {REFERENCE: label}, {}
     for name, path in progress(list(labels.items()), "models"):
         if (models / path / "model.weights.h5").is_file():
             surrogate = common.load_surrogate(path, models)
