@@ -47,7 +47,7 @@ def filled(text: str, results: Results) -> str:
         paper = (PAPER_VALUES / f"{address.partition(':')[0]}.toml").is_file()
         try:
             value = stated(address) if paper else results.at(address)
-        except KeyError:  # of a training that is not there
+        except LookupError:  # of a training that is not there
             value = None
         if isinstance(value, list):
             return ", ".join(map(str, value))
