@@ -111,7 +111,7 @@ class Results:
         for key in path.split("/"):
             if value is None:
                 return None
-            value = value[int(key)] if isinstance(value, list) else value.get(key)
+            value = dict(enumerate(value)).get(int(key)) if isinstance(value, list) else value.get(key)
         return value
 
 

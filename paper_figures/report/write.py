@@ -45,10 +45,7 @@ def filled(text: str, results: Results) -> str:
     def value_at(match: re.Match[str]) -> str:
         address, form = match[1], match[2]
         paper = (PAPER_VALUES / f"{address.partition(':')[0]}.toml").is_file()
-        try:
-            value = stated(address) if paper else results.at(address)
-        except LookupError:  # of a training that is not there
-            value = None
+        value = stated(address) if paper else results.at(address)
         if isinstance(value, list):
             return ", ".join(map(str, value))
         return "not yet" if value is None else format(value, form) if form else value_text(value)

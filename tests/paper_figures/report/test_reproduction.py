@@ -340,6 +340,17 @@ def test_report_is_of_what_is_published(tmp_path):
 NUMBER = re.compile(r"-?\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?")
 
 
+def test_what_a_result_lacks_is_none(tmp_path):
+    (tmp_path / "studies").mkdir()
+    (tmp_path / "studies" / "short.json").write_text('{"rows": [1.5]}', encoding="utf-8")
+    results = reproduction.Results(tmp_path, tmp_path)
+    assert [results.at(f"short:{place}") for place in ("rows/0", "rows/1", "other/0")] == [1.5, None, None]
+
+
+def test_published_report_lacks_nothing():
+    assert "not yet" not in REPORT
+
+
 @pytest.mark.slow
 def test_report_is_what_make_report_writes(tmp_path):
     """Words and verdicts; numbers up to what another processor changes."""
