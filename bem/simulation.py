@@ -257,7 +257,9 @@ def _followed(
     load_kernels("boundary elements")
     seconds, spent = 0.0, 0
     for refinement in range(_MOST_REFINEMENTS + 1):
-        tightened = target.target / 2.0**refinement
+        # Looser targets have the mesh of a draft: half of it is the first finer one.
+        coarse = min(target.target, NAMED_TARGETS["draft"]) if refinement else target.target
+        tightened = coarse / 2.0**refinement
         try:
             problem = problem_of(scene, path, Accuracy(tightened), mesh)
         except MemoryError as error:
