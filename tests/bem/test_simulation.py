@@ -147,6 +147,7 @@ def test_slow_drift_keeps_the_earlier_grid(tabor, last):
 
 def test_accuracy_is_that_of_the_last_mesh(monkeypatch):
     module = simulation
+    module.load_kernels("boundary elements")  # follows a contact of its own
     march, problem_of, accuracies = module.march, module.problem_of, []
 
     def lost(*arguments):
