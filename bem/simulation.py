@@ -152,7 +152,7 @@ def _rescaled(trajectory: Trajectory, scene: Scene, simplified: SimplifiedScene)
 
 
 def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
-    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
+    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve is not followed."""
     # The rim at which attraction ends far outside the contact may be too narrow for the meshes of the branch.
     steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
     narrow = steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
@@ -162,8 +162,8 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     started = time.perf_counter()
     try:
         result = march_elastic(scene, path, target, *prescribed(path), budget)
-    except MemoryError as error:
-        return _not_started(str(error), target.target, 0)
+    except MemoryError:
+        return None
     result = _checked(result, scene, path, target.target)
     if result.outcome.needs_a_finer_mesh:
         return None

@@ -151,8 +151,11 @@ def _weigh(contact: Contact, width: float, speed: float, far: float, weights: np
 
 
 @kernel
-def advance(contact: Contact, old: State, time: float, depth: float, new: State) -> State:
-    """The contact at a later `time` and `depth`, in the arrays of `new`; `old` is kept."""
+def advance(contact: Contact, old: State, time: float, depth: float, rate: float, new: State) -> State:
+    """The contact at a later `time` and `depth`, in the arrays of `new`; `old` is kept.
+
+    `rate` is that of the depth, by which surfaces that approach jump into contact.
+    """
     radii, law, unit, edge, dt = contact.radii, contact.law, contact.tabor**2, old.radius, time - old.time
     ratio = contact.relaxation.ratio
     count = _relaxed(contact, old, time, depth, new)
@@ -188,7 +191,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         mark = next_mark = (radius, time)
     elif edge > 0.0 and opens and pulled:
         radius = edge
-    elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
+    elif edge > 0.0 or depth >= snap_in(contact, new, rate - (dent(new) - dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
         radius = closed_radius(contact, new, count, edge, mark, time, depth)
