@@ -15,7 +15,7 @@ from bem._support.jit import compilation
 from bem._support.validation import finite_number, instance, whole_number
 from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation, least_force, problem_of
-from bem.methods.boundary_elements.time_stepping import march
+from bem.methods.boundary_elements.history import march
 from bem.methods.elastic_curve.trajectory import march_elastic
 from bem.methods.outcomes import (
     COMPLETED,

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from bem import Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, recommend, simulate
-from bem.recommendation import Effects, difference, reduced
+from bem.problem.effects import Effects, reduced
+from bem.recommendation import difference
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.harness import progress
+from experiments.harness import progress
 
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
 DEPTH, START, RATE, DWELL = 4.0, -3.0, 20.0, 0.2

@@ -14,10 +14,11 @@ import numpy as np
 import bem
 from bem import LoadingProtocol, PiecewiseLinearProtocol, Scene, recommend, simulate
 from bem.dataset.designs import PAPER_RANGES, Design
+from bem.problem.effects import IndentationProtocol
 from bem.problem.protocol import history_of
-from bem.recommendation import IndentationProtocol, difference
-from experiments.measurements.cases import rows_of
-from experiments.measurements.harness import CLOCK, Count, progress, timed
+from bem.recommendation import difference
+from experiments.cases import rows_of
+from experiments.harness import CLOCK, Count, progress, timed
 from experiments.measurements.statistics import spread
 
 ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}

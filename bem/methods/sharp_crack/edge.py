@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.sharp_crack.edge_law import (
+from bem.methods.sharp_crack.edge_tables import (
     EdgeLaw,
     aged_toughness,
     closing_toughness,

@@ -15,7 +15,8 @@ from bem.methods.outcomes import COMPLETED, DETACHED
 from bem.methods.physical_bounds import within_bounds
 from bem.methods.records import MOST_WORK, MarchResult, new_records, new_work, next_slice
 from bem.methods.sharp_crack.edge import Contact, State, new_state
-from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
+from bem.methods.sharp_crack.edge_law import edge_law
+from bem.methods.sharp_crack.edge_tables import EdgeLaw, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
 from bem.methods.sharp_crack.march import Device, Progress, follow
 from bem.methods.sharp_crack.tail import ZONE_LENGTH, tail_of
