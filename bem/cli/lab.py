@@ -47,10 +47,7 @@ Modulus = Annotated[Text, option("Relaxed Young's modulus, e.g. 2MPa; by default
 START = "Indentation at the start and the end; by default just out of contact."
 TIMES = "Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle."
 FORCES = "Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign."
-LARGEST = (
-    "Above this Tabor parameter an effective, longer gap is simulated; 3 by default, 10000 for a viscoelastic solid "
-    "with an equilibrium gap of your own."
-)
+LARGEST = "Above this Tabor parameter an effective, longer gap is simulated, as a film needs; by default none is."
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
@@ -103,18 +100,16 @@ def simulate_si(
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
-    from bem.lab.setup import HIGHEST_TABOR, LARGEST_TABOR, EffectiveRangeWarning, Setup
+    from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.simulation import simulate as run
 
-    if largest_tabor is None:
-        largest_tabor = LARGEST_TABOR if gap is None or material == "elastic" else HIGHEST_TABOR
+    ranges = {"equilibrium_gap": gap, "largest_tabor": largest_tabor}
     setup = Setup(
         radius=radius,
         work_of_adhesion=work_of_adhesion,
-        largest_tabor=largest_tabor,
         stiffness=stiffness,
         **solid_of(material, modulus, poisson_ratio, retardation_time),
-        **({} if gap is None else {"equilibrium_gap": gap}),
+        **{name: value for name, value in ranges.items() if value is not None},
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     if of_forces := by_force(cycle, times, forces):
@@ -132,6 +127,11 @@ def simulate_si(
         write(outputs, plot, lambda temporary: curve.plot(over_time=shown_first).savefig(temporary, dpi=150))
         if filmstrip or animate:  # a force curve has no profiles
             contact = run(setup.scene(), protocol, parse_accuracy(accuracy), profiles=arguments.FRAMES)
+            if contact.profiles is None:
+                raise ValueError(
+                    "a film needs a mesh, which is for a Tabor parameter of at most about 50; received "
+                    f"{setup.tabor:.3g}; --largest-tabor 3 simulates an effective range"
+                )
             write(outputs, filmstrip, lambda temporary: contact.filmstrip(temporary, setup))
             write(outputs, animate, lambda temporary: contact.animate(temporary, setup))
     for warning in warned or ():
