@@ -17,10 +17,7 @@ from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation, least_force, problem_of
 from bem.methods.boundary_elements.history import march
 from bem.methods.elastic_curve.trajectory import march_elastic
-from bem.methods.outcomes import (
-    COMPLETED,
-    DETACHED,
-)
+from bem.methods.outcomes import COMPLETED, DETACHED
 from bem.methods.physical_bounds import most_tension, within_bounds
 from bem.methods.records import (
     MOST_OF_A_DRAFT,

@@ -16,9 +16,9 @@ from bem import Elastic, ForceProtocol, HardContact, LennardJones, PiecewiseLine
 from bem._support.wording import markdown_table
 from bem.methods.closed_forms import hertz
 from bem.problem.materials import Material
-from experiments.measurements.cases import completed
+from experiments.cases import completed
+from experiments.harness import Repeats, progress, timed
 from experiments.measurements.effects import DEPTH, DWELL, RATE, SLS, START, THREE
-from experiments.measurements.harness import Repeats, progress, timed
 
 TABORS = (0.3, 1.0, 3.0, 5.0, 8.0, 30.0, 300.0)
 ENOUGH = 10.0  # seconds in all runs of a scene, beyond which it is not run again

@@ -28,7 +28,7 @@ from bem.methods.sharp_crack import STEP_ERROR, ZONE_ERROR
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import LOOSEST
 from bem.problem.protocol import default_start_indentation
-from experiments.measurements.harness import Count, Jobs, Seed, fingerprint, in_parallel, kept
+from experiments.harness import Count, Jobs, Seed, fingerprint, in_parallel, kept
 
 KEPT = Path("results/sharp_crack_error")
 TARGETS = (5e-3, 2e-3)

@@ -15,7 +15,6 @@ from bem import (
 )
 from bem.methods.closed_forms import jkr, persson_brener
 from bem.methods.sharp_crack import march_crack
-from experiments.paper.persson_brener import beta_over_length_scale
 from tests.validation.cases import ramps
 
 SOLID = StandardLinearSolid(0.1)
@@ -91,7 +90,7 @@ def test_slow_opening_is_persson_brener():
     chosen = np.linspace(1.05 * radius[-1], 0.95 * radius[0], 15)
     force = np.interp(-chosen, -radius, records["force"])
     near = np.interp(np.stack([0.98, 1.02])[:, None] * chosen, radius[::-1], time[::-1])
-    velocity = 0.04 * chosen / (near[0] - near[1]) * beta_over_length_scale(tabor)
+    velocity = 0.04 * chosen / (near[0] - near[1]) * persson_brener.beta_over_length_scale(tabor)
     work = np.pi * (force + 4.0 * chosen**3 / (3.0 * np.pi)) ** 2 / (8.0 * chosen**3)
     assert work.max() > 1.5
     assert np.abs(work / persson_brener.effective_energy(velocity, K) - 1.0).max() < 0.04

@@ -20,15 +20,7 @@ from bem.methods.boundary_elements.meshes.regrid import Remembered
 from bem.methods.boundary_elements.state import State, energy_of, with_profile
 from bem.methods.boundary_elements.time_stepping import Progress, Stepping, follow, segment_of
 from bem.methods.outcomes import COMPLETED, DETACHED, NO_EQUILIBRIUM, OUT_OF_WORK, PAUSED
-from bem.methods.records import (
-    STEPS,
-    MarchResult,
-    is_spent,
-    new_records,
-    new_work,
-    next_slice,
-    with_record,
-)
+from bem.methods.records import STEPS, MarchResult, is_spent, new_records, new_work, next_slice, with_record
 from bem.problem.indenter import depth_factor
 from bem.problem.tractions import deviation
 

@@ -32,16 +32,7 @@ from bem.methods.boundary_elements.meshes.regrid import Remembered, carried
 from bem.methods.boundary_elements.state import State, edge_left_window, with_profile
 from bem.methods.boundary_elements.trial_step import try_step
 from bem.methods.outcomes import COMPLETED, DETACHED, NO_EQUILIBRIUM, OUT_OF_WORK, PAUSED, UNPHYSICAL, Outcome
-from bem.methods.records import (
-    NODES,
-    REJECTIONS,
-    STEPS,
-    UNSTABLE,
-    Records,
-    is_spent,
-    is_to_pause,
-    with_record,
-)
+from bem.methods.records import NODES, REJECTIONS, STEPS, UNSTABLE, Records, is_spent, is_to_pause, with_record
 
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
