@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from experiments.cases import completed
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import completed
-from experiments.measurements.harness import Count, Seed, progress, timed
+from experiments.harness import Count, Seed, progress, timed
 from experiments.measurements.statistics import spread
 
 TABORS, MOST_COMPARED = (3.0, 30.0, 300.0), 30.0
