@@ -80,19 +80,19 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
 
 def _converted(curve: Any, given: Mapping[str, float], path: Path) -> RawCurve:
     names = ("force", "time", *_HEIGHTS, "tip position")
-    found = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
-    if "force" not in found:
-        raise InstrumentError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
+    columns = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
+    if "force" not in columns:
+        raise InstrumentError(f"Expected an AFM file with force; received {path} with {sorted(columns)}")
     spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
     spring = given.get("spring constant", spring)
     for name, value in given.items():
-        found["force"] = found["force"] * (value / float(curve.metadata.get(name) or value))
-    quantities: dict[str, FloatArray] = {name: found[name] for name in ("force", "time") if name in found}
-    heights = [found[name] for name in _HEIGHTS if name in found]
+        columns["force"] = columns["force"] * (value / float(curve.metadata.get(name) or value))
+    quantities: dict[str, FloatArray] = {name: columns[name] for name in ("force", "time") if name in columns}
+    heights = [columns[name] for name in _HEIGHTS if name in columns]
     if heights and np.isfinite(spring):
         quantities["height"] = heights[0]
-    elif "tip position" in found:
-        quantities["indentation"] = -found["tip position"]
+    elif "tip position" in columns:
+        quantities["indentation"] = -columns["tip position"]
     else:
         raise InstrumentError(
             f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "

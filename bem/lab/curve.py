@@ -215,8 +215,10 @@ class ForceCurve(Tabular):
 
     def summary(self) -> dict[str, Any]:
         """Pull-off force in N, hysteresis in J, which force is positive, and of a prediction the pull-off interval."""
-        found = {name: getattr(self, name) for name in ("pull_off_force", "hysteresis", "force_sign")}
-        return found if self.pull_off_interval is None else found | {"pull_off_interval": list(self.pull_off_interval)}
+        values = {name: getattr(self, name) for name in ("pull_off_force", "hysteresis", "force_sign")}
+        return (
+            values if self.pull_off_interval is None else values | {"pull_off_interval": list(self.pull_off_interval)}
+        )
 
     def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
         """Draw the force against indentation, and beside it force or indentation against time, into a new figure.

@@ -345,10 +345,10 @@ class Setup:
                 stacklevel=3,
             )
         names = ("accuracy", "detached", "model", "coverage", "force_lower", "force_upper", "pull_off_interval")
-        found = {name: getattr(trajectory, name) for name in names if getattr(trajectory, name, None) is not None}
-        found |= {name: found[name] * self.force_scale for name in ("force_lower", "force_upper") if name in found}
-        if "pull_off_interval" in found:
-            found["pull_off_interval"] = tuple(end * self.force_scale for end in found["pull_off_interval"])
+        extra = {name: getattr(trajectory, name) for name in names if getattr(trajectory, name, None) is not None}
+        extra |= {name: extra[name] * self.force_scale for name in ("force_lower", "force_upper") if name in extra}
+        if "pull_off_interval" in extra:
+            extra["pull_off_interval"] = tuple(end * self.force_scale for end in extra["pull_off_interval"])
         radius = trajectory.contact_radius
         curve = ForceCurve(
             time=trajectory.time * self.time_scale,
@@ -356,7 +356,7 @@ class Setup:
             force=trajectory.force * self.force_scale,
             contact_radius=radius * self.contact_radius_scale if np.all(np.isfinite(radius)) else None,
             stage=None if self.stiffness is None else trajectory.stage * self.gap,
-            **found,
+            **extra,
         )
         return curve.with_sign(force_sign)
 
@@ -375,11 +375,11 @@ class Setup:
         if isinstance(history, PiecewiseLinearProtocol):
             depths = history.indentations * self.gap / longer.gap
             moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
-        found, other = simulate(self.scene(), history, "draft"), simulate(longer.scene(), moved, "draft")
+        short, long = simulate(self.scene(), history, "draft"), simulate(longer.scene(), moved, "draft")
         if isinstance(history, ForceProtocol):
-            change = other.indentation.max() * longer.gap / (found.indentation.max() * self.gap) - 1.0
+            change = long.indentation.max() * longer.gap / (short.indentation.max() * self.gap) - 1.0
         else:
-            change = other.pull_off_force / found.pull_off_force - 1.0
+            change = long.pull_off_force / short.pull_off_force - 1.0
         return abs(change) if np.isfinite(change) else np.inf
 
     def replaced(self, **changes: Any) -> Setup:

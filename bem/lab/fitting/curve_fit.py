@@ -130,6 +130,10 @@ class _Choice:
             return self.fitted("cone")
         hertz = self.fitted("hertz")
         adhesive = [self.fitted(name) for name in _TWINS if setup.thickness is None or name not in _OFF_A_LAYER]
+        for jump in self.data.jumps:
+            if not jump.out:  # the sphere then touches; a search from elsewhere may end in a wrong beginning of contact
+                place = float(np.interp(jump.time, self.data.time, self.data.place))
+                adhesive = [self.fitted(each.model.name, {"contact_point": place}) for each in adhesive]
         if len(adhesive) > 1:  # where one chose wrong ends of the contact, the other may know better
             worse, better = sorted(adhesive, key=lambda each: -each.misfit)
             if worse.misfit > _RETRIED * better.misfit:

@@ -1,4 +1,4 @@
-"""Whether a model describes a curve: in sum, over depth in blocks, and with one modulus at three depths.
+"""Whether a model describes a curve: in sum, over depth in blocks, where contact begins, and at three depths.
 
 The noise is that of the baseline, as correlated as the baseline is, so that a misfit does not count as noise.
 """
@@ -42,7 +42,9 @@ def judge(fitted: Fitted) -> Judgement:
     loud = max(1.0, noise_of(residuals[pressed])) ** 2
     sure = float(fdtri(max(np.count_nonzero(counted) / data.correlated, 1.0), data.freedoms, _SURE))
     reasons = [] if fitted.converged else ["The search did not converge within its budget."]
-    if fitted.misfit**2 > loud * max(sure, 1.0):
+    # Only in contact: points before it would else lend a wrong shape the room that loud noise would need there.
+    expected = 1.0 + (loud - 1.0) * np.count_nonzero(pressed) / np.count_nonzero(counted)
+    if fitted.misfit**2 > expected * max(sure, 1.0):
         reasons.append(f"The residuals are {fitted.misfit:.3g} times the noise.")
     ways = np.arange(residuals.size) > data.segments.top, np.arange(residuals.size) <= data.segments.top
     block = np.minimum(depth / depth[pressed].max() * _BLOCKS, _BLOCKS - 1).astype(int)
@@ -56,6 +58,11 @@ def judge(fitted: Fitted) -> Judgement:
     variance = loud * data.correlated
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The residuals change with depth by more than noise.")
+    # A softer layer on top hides among all blocks, and bends the force most where the contact begins.
+    begins = counted & (np.abs(depth) < depth[pressed].max() / _BLOCKS)
+    gain, count = _gain(fitted, begins[:, None])
+    if count and gain > variance * fdtri(1, data.freedoms, _SURE):
+        reasons.append("The force about the contact point differs by more than noise.")
     moduli, gain, count = _moduli(fitted, depth, pressed)
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The modulus changes with depth by more than its errors.")

@@ -188,12 +188,12 @@ def slow_noise(residuals: FloatArray, basis: FloatArray) -> tuple[float, float]:
     """
     weights = whitening(residuals)
     cosines = idct(np.eye(residuals.size, _SLOWEST, -1), axis=0, norm="ortho")
-    found = cosines.T @ lfilter(weights, 1.0, residuals)
+    sums = cosines.T @ lfilter(weights, 1.0, residuals)
     left = lfilter(weights, 1.0, cosines[::-1], axis=0)[::-1]
     left = lfilter([1.0], weights, (left - basis @ (basis.T @ left))[::-1], axis=0)
     expected = left.T @ left
     share = max(float(np.trace(expected)), 1e-9)
-    return float(found @ found) / share / max(weights.sum(), 0.01) ** 2, share**2 / max(np.sum(expected**2), 1e-18)
+    return float(sums @ sums) / share / max(weights.sum(), 0.01) ** 2, share**2 / max(np.sum(expected**2), 1e-18)
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
@@ -208,7 +208,7 @@ def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
 
 def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baseline: float) -> tuple[Jump, ...]:
     """The largest rise of the approach and the largest fall of the retraction, where they stand out."""
-    found, noise = [], noise_of(tension)
+    jumps, noise = [], noise_of(tension)
     for out, begin, end in ((False, 0, top), (True, leaves, time.size - 1)):
         steps = np.diff(tension[begin : end + 1]) * (-1.0 if out else 1.0)
         if steps.size < 5:
@@ -217,8 +217,8 @@ def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baselin
         beside = np.abs(np.concatenate([steps[max(at - 4, 0) : max(at - 1, 0)], steps[at + 2 : at + 5]]))
         if steps[at] > _STEPS * noise and steps[at] > _BESIDE * beside.max(initial=0.0):
             sides = slice(begin + at, begin + at + 2)
-            found.append(Jump(float(time[sides].mean()), float(tension[sides].mean()) - baseline, out))
-    return tuple(found)
+            jumps.append(Jump(float(time[sides].mean()), float(tension[sides].mean()) - baseline, out))
+    return tuple(jumps)
 
 
 def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:

@@ -28,6 +28,7 @@ CONFIDENCE = 0.95
 _EDGE = 1e-6  # of its unit, within which a parameter is at its bound
 _ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
 _BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
+_OVERLAPS = 0.02  # of the depth, up to which the ends of the contact are free: a search could not step over a sample
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are needed again
 
 
@@ -105,7 +106,8 @@ class Regression:
             return np.append(far * np.maximum(self.data.weights, 1.0), far * late)
         gone = np.isnan(tension)
         if self.model.spans:
-            self._choose_span(tension, self.data.place > self.values(x)["contact_point"])
+            ahead = self.data.place - self.values(x)["contact_point"]
+            self._choose_span(tension, ahead > _OVERLAPS * max(float(ahead.max()), 0.0))
         else:
             self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
         residuals = np.append(self._solved(self.data.tension - np.where(self.inside, tension, 0.0)), -late)

@@ -118,9 +118,9 @@ def tension(
     force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
     apart = (path.place - values["contact_point"]) / setup.indentation_scale
     far = rigid_force_from_indentation(np.minimum(apart, 0.0))
-    found = setup.force_scale * np.where(instants >= 0.0, force, far)
-    found[gone] = np.nan
-    return np.append(found, late)
+    forces = setup.force_scale * np.where(instants >= 0.0, force, far)
+    forces[gone] = np.nan
+    return np.append(forces, late)
 
 
 def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) -> float:

@@ -380,6 +380,31 @@ def test_a_wrong_shape_is_not_adequate(shape):
             assert "Young's modulus ranges from" in result.summary()
 
 
+@pytest.mark.parametrize(("shape", "number"), [("two_slopes", 32), ("two_slopes", 45), ("layer", 10)])
+def test_a_softer_top_behind_noise_is_not_adequate(shape, number):
+    """Noise of 3 to 4 % hid it among blocks of the contact, and the modulus was five to nine times too large."""
+    curve, setup, _ = drawn_curve(shape, 33, number)
+    result = fit(curve, setup)
+    assert not result.adequate
+    assert any("The force about the contact point differs by more than noise." in text for text in result.sentences)
+
+
+def test_hertz_in_noise_of_4_percent_is_adequate():
+    for seed in range(8):
+        curve, setup, _ = closed_form("hertz", [seed, 33], noise=0.04)
+        result = fit(curve, setup)
+        assert (result.model, result.adequate) == ("hertz", True), seed
+
+
+@pytest.mark.parametrize("number", [11, 21, 37, 40, 41])
+def test_the_beginning_of_contact_is_found_across_samples(number):
+    """The search could not step over a sample, ended in a contact that began too early, and JKR or none was chosen."""
+    curve, setup, truth = drawn_curve("dmt", 33, number)
+    result = fit(curve, setup)
+    assert (result.model, result.adequate) == ("dmt", True)
+    assert_near(result, truth)
+
+
 def test_a_layer_of_known_thickness():
     """Dimitriadis' numbers for an incompressible layer, as printed, give the modulus; JKR knows no layer."""
     radius, thickness, modulus = 10e-6, 5e-6, 8e3
