@@ -110,7 +110,7 @@ $(F)/figure-measurement-floor.pdf: $(MEASURED)/measurement_floor.json
 $(T)/stand-ins.md: $(MEASURED)/effects.json
 $(T)/accuracy-cost.md: $(MEASURED)/accuracy_cost.json
 $(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.json)
-$(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.json
+$(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/accuracy_cost.json
 
 STUDIES := $(filter-out __init__,$(basename $(notdir $(wildcard experiments/paper/*.py))))
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing

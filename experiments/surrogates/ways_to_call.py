@@ -1,8 +1,8 @@
-"""What each way to call `fast`, `accurate` and a model of the paper costs, beside the solver, and errors of gradients.
+"""Gradients of `fast`, `accurate` and a model of the paper, beside the solver's: errors and cost.
 
-Processor seconds are of one thread, per trajectory, in a batch and in single calls, and per gradient of the pull-off
-force, taken in turns with the solver's, on hidden protocols of the paper's modulus ratio. Errors of forces are measured
-by `experiments.surrogates.errors_by_place`.
+Processor seconds are of one thread, per gradient of the pull-off force, taken in turns with the solver's, on hidden
+protocols of the paper's modulus ratio. Errors of forces are measured by `experiments.surrogates.errors_by_place`, costs
+of calls by `experiments.measurements.accuracy_cost`.
 
 The inputs F and their measurement steps are compiled and not differentiated automatically, so the gradient of a
 pretrained model is that of central differences of the network: twelve predictions for six quantities, of many protocols
@@ -26,7 +26,6 @@ from experiments.measurements.tools import predicted
 from surrogate.files import BANDED as NAMES
 from surrogate.intervals import KNOWN as QUANTITIES
 
-COVERAGE = 0.9
 ROUNDS = 5
 COMMON = 5
 """The first ones, which a model of one material has too."""
@@ -72,35 +71,18 @@ def gradient_errors(gradients: np.ndarray, true: np.ndarray) -> dict[str, float]
     return quantiles(np.linalg.norm(gradients[:, :COMMON] - true[:, :COMMON], axis=1) / size)
 
 
-def results(name: str, model: Any, hidden: Hidden) -> list[Any]:
-    """What a user asks of a prediction, which belongs to its cost."""
-    predictions = predicted(model, name, hidden, coverage=COVERAGE)
-    return [(run.pull_off_force, run.hysteresis, getattr(run, "pull_off_interval", None)) for run in predictions]
-
-
-def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
-    """Median processor seconds of the solver at two accuracies and of every model, by what is asked.
-
-    `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch. The
-    solver's gradient is its simulations.
-    """
+def gradient_seconds(models: dict[str, Any], hidden: Hidden) -> dict[str, float]:
+    """Median processor seconds of a gradient of many protocols in one batch; the solver's is its simulations."""
     few = len(hidden) // ROUNDS
     some = [hidden.part(slice(turn, few * ROUNDS, ROUNDS)) for turn in range(ROUNDS)]
-
-    def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
-        return {
-            "batch": (lambda _: results(name, model, hidden), len(hidden)),
-            "single": (lambda turn: [results(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
-            "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
-        }
-
-    calls = {(name, way): call for name, model in models.items() for way, call in of(name, model).items()}
-    solved = {name: (lambda turn, a=a: results_of(some[turn].simulated(a)), few) for name, a in SOLVERS.items()}
-    seconds, costs = in_turn(solved | calls, ROUNDS), {}
-    for name in SOLVERS:
-        per_call = seconds[name]
-        costs[name] = {"batch": per_call, "single": per_call, "gradient": 2 * len(QUANTITIES) * per_call}
-    return costs | {name: {way: seconds[model, way] for model, way in calls if model == name} for name in models}
+    calls: dict[str, tuple[Callable[[int], Any], int]] = {
+        name: (lambda turn, m=model, n=name: gradient(of_model(m, n), some[turn], count_of(n)), few)
+        for name, model in models.items()
+    }
+    for name, target in SOLVERS.items():
+        calls[name] = (lambda turn, a=target: results_of(some[turn].simulated(a)), few)
+    seconds = in_turn(calls, ROUNDS)
+    return seconds | {name: 2 * len(QUANTITIES) * seconds[name] for name in SOLVERS}
 
 
 def study(
@@ -121,5 +103,5 @@ def study(
         "models": list(models),
         "gradients": {"difference": STEP, "fine": FINE, "errors": slopes},
         "solvers": solved,  # errors of the pull-off force
-        "seconds": cost(models, hidden),
+        "seconds": {name: {"gradient": value} for name, value in gradient_seconds(models, hidden).items()},
     }

@@ -87,6 +87,19 @@ def page_text(accuracy_cost: Any) -> str:
     return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{source}{left_out(accuracy_cost, LACKING)}"
 
 
+def seconds_of(accuracy_cost: Any, name: str) -> dict[str, float]:
+    """Median seconds of a trajectory, in batches and called alone: the numbers of every page that states a cost.
+
+    The names are "solver", for standard accuracy, "draft", and those of models, by ONNX Runtime.
+    """
+    tools = accuracy_cost["tools"]
+    if name in ("solver", "draft"):
+        (alone,) = (t for t in tools if (t["kind"], t["setting"]) == ("solver", name.replace("solver", "standard")))
+        return dict.fromkeys(("batch", "single"), alone["seconds"]["median"])
+    own = {t["way"]: t["seconds"]["median"] for t in tools if t["kind"] == name or t.get("model") == name}
+    return {"batch": own["ONNX batch"], "single": own["ONNX single"]}
+
+
 def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
     """Which tool for which contact, with its error of the pull-off force and its time, for the front of the guide."""
     tools = {(tool["kind"], tool["setting"]): tool for tool in accuracy_cost["tools"]}

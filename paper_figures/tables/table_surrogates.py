@@ -1,6 +1,7 @@
 """Tables: errors, intervals and cost of the pretrained models beside M1-concat, and the cost of each way to call.
 
-Reads the data of `errors_by_place` and `ways_to_call` in `experiments.surrogates`.
+Reads the data of `errors_by_place` and `ways_to_call` in `experiments.surrogates`, and costs from that of
+`experiments.measurements.accuracy_cost`.
 """
 
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 from bem._support.wording import markdown_table
 from experiments.trainings.training_costs import break_even, line, seconds_before_use
 from paper_figures.style.writing import Table, caption, number
+from paper_figures.tables.table_accuracy_cost import seconds_of
 
 PLACES = {"box": "0.01 to 1", "paper": "0.1", "vertices": "0.1, vertices of the ranges"}
 HELD = ("pull_off", "hysteresis")
@@ -30,11 +32,12 @@ def several(values: list[float]) -> str:
     return ", ".join(f"{value:.2g}" for value in values)
 
 
-def rows(errors_by_place: Any, ways_to_call: Any) -> list[list[str]]:
+def rows(errors_by_place: Any, accuracy_cost: Any) -> list[list[str]]:
     """One row for each model and kind of protocols."""
-    lines, seconds = [], ways_to_call["seconds"]
+    lines, solver = [], seconds_of(accuracy_cost, "solver")["batch"]
     for name, places in errors_by_place["models"].items():
-        cost, times = seconds[name], seconds["solver"]["batch"] / seconds[name]["batch"]
+        cost = seconds_of(accuracy_cost, name)
+        times = solver / cost["batch"]
         for region, label in PLACES.items():
             if region in places:
                 summary = places[region]
@@ -47,22 +50,22 @@ def rows(errors_by_place: Any, ways_to_call: Any) -> list[list[str]]:
     return lines
 
 
-def page_text(errors_by_place: Any, ways_to_call: Any) -> str:
+def page_text(errors_by_place: Any, accuracy_cost: Any) -> str:
     """The table for a page, and how it was made."""
-    commands = f"Measured by `{errors_by_place['command']}` and `{ways_to_call['command']}`."
-    return Table(HEADS, rows(errors_by_place, ways_to_call), commands).page("ll" + 7 * "r")
+    commands = f"Measured by `{errors_by_place['command']}` and `{accuracy_cost['command']}`."
+    return Table(HEADS, rows(errors_by_place, accuracy_cost), commands).page("ll" + 7 * "r")
 
 
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Gradient (ms)", "Gradient error (%), median, p90"]
 CALLS += ["Pull-off error (%), median, p90", "Pays after (calls)"]
 
 
-def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
+def calls_text(ways_to_call: Any, accuracy_cost: Any, errors_by_place: Any, published: Path) -> str:
     """The table of the ways to call for a page: times, errors, after how many calls a model pays, and its making."""
-    gradients, lines, solver = ways_to_call["gradients"], [], ways_to_call["seconds"]["solver"]["batch"]
+    gradients, lines, solver = ways_to_call["gradients"], [], seconds_of(accuracy_cost, "solver")["batch"]
     for name in (*ways_to_call["solvers"], *ways_to_call["models"]):
-        seconds, errors = ways_to_call["seconds"][name], gradients["errors"][name]
-        times = [f"{1e3 * seconds[way]:.3g}" for way in ("batch", "single", "gradient")]
+        seconds, errors = seconds_of(accuracy_cost, name), gradients["errors"][name]
+        times = [f"{1e3 * value:.3g}" for value in (*seconds.values(), ways_to_call["seconds"][name]["gradient"])]
         row = [name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90")), "-", "-"]
         if solved := ways_to_call["solvers"].get(name):
             row[-2] = several([solved["p50"], solved["p90"]])
@@ -76,14 +79,15 @@ def calls_text(ways_to_call: Any, errors_by_place: Any, published: Path) -> str:
         lines.append(row)
     return (
         f"{markdown_table(CALLS, lines, 'lrrrrrr')}\n\n"
-        "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Errors of gradients and of the "
+        "`solver` is the solver at `standard` accuracy, `draft` the same at `draft`. Times of batches and single calls "
+        f"by `{accuracy_cost['command']}`, with the force at the measurement steps. Errors of gradients and of the "
         f"solver on {ways_to_call['count']} protocols, relative to the solver at {gradients['fine']:g}; "
         f"measured by `{ways_to_call['command']}` on {ways_to_call['host']}."
     )
 
 
-def compose(errors_by_place: Any, ways_to_call: Any) -> Table:
+def compose(errors_by_place: Any, accuracy_cost: Any) -> Table:
     """Write the table."""
     facts = {name: errors_by_place[name] for name in ("count", "coverage")}
-    solver = 1e3 * ways_to_call["seconds"]["solver"]["batch"]
-    return Table(HEADS, rows(errors_by_place, ways_to_call), caption("surrogates", solver=solver, **facts))
+    solver = 1e3 * seconds_of(accuracy_cost, "solver")["batch"]
+    return Table(HEADS, rows(errors_by_place, accuracy_cost), caption("surrogates", solver=solver, **facts))

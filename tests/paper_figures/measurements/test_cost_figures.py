@@ -85,7 +85,10 @@ def test_table_of_surrogates():
     errors = {"pull_off": [0.5, 2.0, 7.0], "hysteresis": [0.5, 2.0, 9.0]}
     banded = errors | {"inside/pull_off": 0.91, "inside/hysteresis": 0.88, "width/pull_off": [0.5, 2.0, 9.0]}
     places = {"models": {"fast": {"paper": banded, "box": banded}, "M1-concat": {"paper": errors}}}
-    seconds = {"solver": {"batch": 3e-3}} | {name: {"batch": 1e-4, "single": 5e-4} for name in ("fast", "M1-concat")}
-    first, second, third = table_surrogates.rows(places, {"seconds": seconds})
+    tools = [{"kind": "solver", "setting": "standard", "seconds": {"median": 3e-3}}]
+    for name in ("fast", "M1-concat"):
+        for way, seconds in (("ONNX batch", 1e-4), ("ONNX single", 5e-4)):
+            tools.append({"kind": name, "setting": way, "way": way, "seconds": {"median": seconds}})
+    first, second, third = table_surrogates.rows(places, {"tools": tools})
     assert first == ["fast", "0.01 to 1", "0.5, 2, 7", "0.5, 2", "0.91, 0.88", "0.5, 2", "0.100", "0.50", "30"]
     assert (second[1], third[4], third[5]) == ("0.1", "", "")
