@@ -26,6 +26,7 @@ from bem.problem.materials import Elastic
 from bem.problem.protocol import LoadingProtocol, default_start_indentation
 from bem.problem.scene import Scene
 from surrogate.data.dense import Stage
+from surrogate.data.fronts import front_steps, places
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
@@ -68,14 +69,30 @@ def scalars_of(targets: np.ndarray, begin: np.ndarray, unloading_rate: np.ndarra
     return dict(zip(SCALARS, values, strict=True))
 
 
-def curve_targets(force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
-    """What stage two learns of the force (batch, steps), less that without adhesion, in units of the pull-off force."""
-    return np.arcsinh((force - without) / pull_off_force[:, np.newaxis])
+def curve_targets(
+    force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]
+) -> np.ndarray:
+    """What stage two learns of the force (batch, steps), beside that without adhesion.
+
+    It is the difference of their inverse hyperbolic sines, which is relative where forces are large. Their unit is that
+    of adhesion until the unloading, of which nothing before depends, and the pull-off force from there on.
+    """
+    units = _units(force, pull_off_force, counts)
+    return np.arcsinh(force / units) - np.arcsinh(without / units)
 
 
-def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
+def curve_of(
+    targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]
+) -> np.ndarray:
     """The inverse of `curve_targets`."""
-    return without + np.sinh(targets) * pull_off_force[:, np.newaxis]
+    units = _units(targets, pull_off_force, counts)
+    return units * np.sinh(targets + np.arcsinh(without / units))
+
+
+def _units(like: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    units = np.ones(like.shape)
+    units[:, sum(counts[:2]) :] = pull_off_force[:, np.newaxis]
+    return units
 
 
 class SolidSurrogate:
@@ -269,8 +286,10 @@ class SolidSurrogate:
         terms = {"strengths": strengths[part], "retardation_times": times[part]}
         grid = pull_off_grid(**quantities, **terms, pull_off_time=scalars["pull_off_time"], counts=self.counts)
         without = forces_without_adhesion(*grid, quantities["tabor"], *relaxation_spectra(*terms.values()))
-        shape = self.stages[1](np.column_stack([features, targets]))
-        force = curve_of(shape, without, scalars["pull_off_force"])
+        where = (*grid, quantities["tabor"], rate, scalars["pull_off_time"])
+        fronts = [(steps, places(*where, steps)) for steps in front_steps(self.counts)]
+        shape = self.stages[1](np.column_stack([features, targets]), fronts)
+        force = curve_of(shape, without, scalars["pull_off_force"], self.counts)
         turn = sum(self.counts[:2])
         # No force of the unloading exceeds the pull-off force, which is the one at its instant.
         force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])
