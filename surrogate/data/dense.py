@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import erf
 
 from surrogate.data.fronts import Front
-from surrogate.data.polynomial import Polynomial, pairs
+from surrogate.data.polynomial import Polynomial, products
 
 _HALF = np.float32(np.sqrt(0.5))
 _AT_ONCE = 5_000  # rows whose products are in memory at a time
@@ -52,9 +52,8 @@ class Stage:
     def _part(self, features: np.ndarray, places: Sequence[tuple[slice, np.ndarray]]) -> np.ndarray:
         polynomial = self.polynomial
         z = ((features - polynomial.mean) / polynomial.deviation).astype(np.float32)
-        first, second = pairs(z.shape[1])
         constant, linear, quadratic = self._coefficients
-        value = z @ linear + (z[:, first] * z[:, second]) @ quadratic + constant
+        value = z @ linear + products(z) @ quadratic + constant
         hidden = z
         for kernel, bias in zip(self.kernels[:-1], self.biases[:-1], strict=True):
             hidden = hidden @ kernel + bias
