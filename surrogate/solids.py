@@ -81,9 +81,7 @@ def curve_targets(
     return np.arcsinh(force / units) - np.arcsinh(without / units)
 
 
-def curve_of(
-    targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]
-) -> np.ndarray:
+def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """The inverse of `curve_targets`."""
     units = _units(targets, pull_off_force, counts)
     return units * np.sinh(targets + np.arcsinh(without / units))

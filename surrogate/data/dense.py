@@ -38,7 +38,7 @@ class Stage:
     fronts: Sequence[Front] = ()
 
     def __call__(self, features: np.ndarray, places: Sequence[tuple[slice, np.ndarray]] = ()) -> np.ndarray:
-        """Targets (batch, m) of features (batch, n), and of the outputs and `surrogate.data.fronts.places` of each front."""
+        """Targets (batch, m) of features (batch, n), and of steps and `surrogate.data.fronts.places` of each front."""
         rows = [slice(at, at + _AT_ONCE) for at in range(0, len(features), _AT_ONCE)]
         parts = [self._part(features[part], [(steps, place[part]) for steps, place in places]) for part in rows]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)

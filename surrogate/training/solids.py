@@ -6,8 +6,9 @@ r"""Train a model of any linear solid in two stages: scalar results first, then 
 
 Stage one maps the features of `surrogate.data.solid_features` to pull-off force and time, hysteresis and largest
 compression. Stage two maps the features and what stage one says to the force at steps around the pull-off
-(`bem.dataset.pull_off_steps`), beside that without adhesion; fronts place its jumps (`surrogate.data.fronts`). It learns at the steps
-around the true pull-off and is read at those around the predicted one, so that its peak is where the scalars say.
+(`bem.dataset.pull_off_steps`), beside that without adhesion; fronts place its jumps (`surrogate.data.fronts`). It
+learns at the steps around the true pull-off and is read at those around the predicted one, so that its peak is where
+the scalars say.
 An interrupted training is resumed by the same command.
 """
 
@@ -53,13 +54,15 @@ RECIPE = Recipe(
     name="solids",
     seed=0,
     batch_size=1024,
-    epochs=120,
+    epochs=55,
     learning_rate=3e-3,
     optimizer="soap",
     gradient_norm=1.0,
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=1.0),
 )
+RECIPES = (RECIPE, replace(RECIPE, epochs=110))
+"""Of the two stages."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +191,7 @@ def train(
     runs: Path,
     target: Path,
     *,
-    recipes: Sequence[Recipe] = (RECIPE, RECIPE),
+    recipes: Sequence[Recipe] = RECIPES,
     report: Report = lambda *_: None,
 ) -> Path:
     """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
@@ -222,9 +225,10 @@ def main() -> None:
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="what `bem campaign` wrote, see above")
     parser.add_argument("--runs", type=Path, default=Path("results/solids"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, required=True, help="folder of the finished model")
-    parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of the recipe's")
+    parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of those of `RECIPES`")
     chosen = parser.parse_args()
-    recipes = [replace(RECIPE, epochs=epochs) for epochs in chosen.epochs or (RECIPE.epochs,) * 2]
+    given = chosen.epochs or [recipe.epochs for recipe in RECIPES]
+    recipes = [replace(recipe, epochs=epochs) for recipe, epochs in zip(RECIPES, given, strict=True)]
     train(SolidData.load(chosen.data), chosen.runs, chosen.publish, recipes=recipes, report=print_epoch)
     print(chosen.publish)
 

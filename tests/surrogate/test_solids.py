@@ -143,10 +143,10 @@ def test_fronts_of_a_stage_are_those_of_its_network():
     from surrogate.training.solids import network, stage_of
 
     random = np.random.default_rng(2)
-    features, targets, at = random.normal(2.0, 3.0, (30, 5)), random.normal(size=(30, 9)), random.normal(size=(30, 5, 3))
+    features, targets = random.normal(2.0, 3.0, (30, 5)), random.normal(size=(30, 9))
     polynomial = Polynomial.fit(features, targets)
     model = network(5, 9, (8, 8), ((1, 4), (7, 9)))
-    z, where = polynomial.standardised(features), at.astype(np.float32)
+    z, where = polynomial.standardised(features), random.normal(size=(30, 5, 3)).astype(np.float32)
     left = model.predict_on_batch([np.column_stack([z[:, 1:], where.reshape(30, -1)])[:, np.newaxis], z[:, :1]])
     expected = polynomial(features) + np.asarray(left)[:, 0] * polynomial.scale + polynomial.offset
     fronts = [(slice(1, 4), where[:, :3]), (slice(7, 9), where[:, 3:])]
