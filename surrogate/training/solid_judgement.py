@@ -129,7 +129,10 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
 def sides(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Which contacts (batch,) lie in the outermost fifth of the range of a quantity, in its logarithm, by its name."""
     campaign, members = dataset.attributes["campaign"], {}
-    for name, (low, high) in (campaign["ranges"] | {"modulus_ratio": campaign["modulus_ratio"]}).items():
+    for name, drawn in (campaign["ranges"] | {"modulus_ratio": campaign["modulus_ratio"]}).items():
+        low, high = np.broadcast_to(drawn, 2)
+        if low == high:
+            continue
         values = dataset.modulus_ratios if name == "modulus_ratio" else dataset.protocols[name]
         share = np.log(values[rows] / low) / np.log(high / low)
         members |= {f"low {name}": share <= OUTERMOST, f"high {name}": share >= 1.0 - OUTERMOST}

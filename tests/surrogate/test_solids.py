@@ -8,6 +8,7 @@ import pytest
 from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
+from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.solids import Solids
 from surrogate.data.dense import Stage
@@ -269,6 +270,19 @@ def test_intervals_cover_every_group_and_kind():
             assert 0.87 < covered[(groups[:, 0] == group) & kind, 0].mean() < 0.95
     again = SolidIntervals.of_arrays(intervals.as_arrays())
     np.testing.assert_array_equal(again.half_widths(features, kinds, 0.8), intervals.half_widths(features, kinds, 0.8))
+
+
+def test_sides_are_the_outermost_fifths(data):
+    from surrogate.training.solid_judgement import sides
+
+    dataset = load_dataset(data)
+    rows = dataset.completed[5:]
+    found = sides(dataset, rows)
+    assert len(found) == 12
+    tabor, ratio = dataset.protocols["tabor"][rows], dataset.modulus_ratios[rows]
+    np.testing.assert_array_equal(found["low tabor"], tabor <= 0.2 * 16.0**0.2)
+    np.testing.assert_array_equal(found["high modulus_ratio"], ratio >= 0.01 * 100.0**0.8)
+    assert 0 < found["low tabor"].sum() < len(rows)
 
 
 def test_kind_without_calibration_has_wide_intervals():
