@@ -61,7 +61,7 @@ RECIPE = Recipe(
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=1.0),
 )
-RECIPES = (RECIPE, replace(RECIPE, epochs=110))
+RECIPES = (RECIPE, replace(RECIPE, epochs=60))
 """Of the two stages."""
 
 
