@@ -102,12 +102,12 @@ $(T)/persson-brener.md: $(S)/persson_brener.json
 $(T)/models.md: $(S)/model_comparison.json $(SPEED) $(if $(SPEED),$(wildcard $(PUBLISHED)/model_forces.json))
 $(F)/figure-effects.pdf: $(MEASURED)/effects.json $(MEASURED)/effect_pairs.json
 $(F)/figure-accuracy-cost.pdf: $(MEASURED)/accuracy_cost.json $(MEASURED)/peers.json
+$(F)/figure-tabor-cost.pdf: $(MEASURED)/tabor_cost.json
 $(F)/figure-amortisation.pdf: $(MEASURED)/amortisation.json
 $(F)/figure-training-cost.pdf: $(MEASURED)/training_cost.json
 $(F)/figure-peers.pdf $(T)/peers.md: $(MEASURED)/peers.json
 $(F)/figure-measurement-floor.pdf: $(MEASURED)/measurement_floor.json
 $(T)/stand-ins.md: $(MEASURED)/effects.json
-$(T)/recommendations.md: $(MEASURED)/recommendations.json
 $(T)/accuracy-cost.md: $(MEASURED)/accuracy_cost.json
 $(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.json)
 $(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/ways_to_call.json
@@ -293,7 +293,7 @@ measure-amortisation: $(MEASURED)/accuracy_cost.json $(DATASET) $(MODELS) $(SPEE
 measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revision (REVISION=b10bbed), in turns, and print the table
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed) --out $(if $(REVISION),$(OUT),$(MEASURED))/speed.json $(if $(BUSY),--busy)
 	$(if $(REVISION),,$(SUMS) $(MEASURED)/speed.json)
-MEASUREMENTS := effects effect-pairs recommendations canonical-times paper-method-times accuracy-cost training-speed training-cost \
+MEASUREMENTS := effects effect-pairs canonical-times paper-method-times accuracy-cost tabor-cost training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
 	lab-coverage limits
 measurements:  ## All measurements but those that need long, a browser or other files, one after the other

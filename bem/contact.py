@@ -16,8 +16,9 @@ from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import device_of, problem_of
 from bem.methods.boundary_elements.equilibrium import Factor
+from bem.methods.boundary_elements.history import before_start, followed
 from bem.methods.boundary_elements.memory import Memory
-from bem.methods.boundary_elements.time_stepping import Progress, before_start, followed
+from bem.methods.boundary_elements.time_stepping import Progress
 from bem.methods.outcomes import COMPLETED, NOT_FINITE
 from bem.methods.records import MOST_WORK, STEPS, new_records, new_work
 from bem.problem.accuracy import resolve_accuracy

@@ -1,13 +1,4 @@
-"""Which effects a scene has, the same scene without some of them, and `recommend`: which to leave out.
-
-Three kinds of effect add cost: adhesion (a law of traction instead of impenetrability), the terms of the material, one
-memory vector each, and a spring between stage and sphere; without it the protocol moves the sphere. A term can be left
-out in two ways. A fast one has relaxed before anything moves: it is part of the instantaneous compliance then. A slow
-one never gets to relax: it drops out of the compliance, and the solid of the terms left over is stiffer. With S the
-compliance of the slow terms its relaxed modulus is E0 / (1 - S); force and indentation keep their units, so the stiffer
-solid is the scene of Tabor parameter mu (1 - S)^(2/3) with strengths c_i / (1 - S). All terms fast leaves the rubbery
-elastic solid, all slow the glassy one, mu k^(2/3). The deformation that the slow terms contribute to the relaxed start
-is left out with them; this is about one percent where the protocol starts close to the surface.
+"""Which effects of a scene to leave out (`bem.problem.effects`): the cheapest choice within a tolerance.
 
 `recommend` leaves out one effect after another. The error of each choice is bracketed by numbers that cost no contact
 solution:
@@ -37,7 +28,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -46,14 +37,13 @@ from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.methods.closed_forms import hereditary_hertz, hertz
 from bem.problem.accuracy import NAMED_TARGETS
-from bem.problem.negligible_effects import SHARE, simplified_scene, without_terms
+from bem.problem.effects import Effects, IndentationProtocol, choices, reduced
+from bem.problem.negligible_effects import SHARE, simplified_scene
 from bem.problem.protocol import LoadingProtocol, PiecewiseLinearProtocol, history_of
-from bem.problem.scene import SMALLEST_TABOR, Scene
-from bem.problem.tractions import HardContact
+from bem.problem.scene import Scene
 from bem.results.trajectory import Trajectory
 from bem.simulation import simulate
 
-IndentationProtocol = LoadingProtocol | PiecewiseLinearProtocol
 Quantity = Literal["force", "pull_off_force", "hysteresis"]
 Best = Literal["cheapest", "fewest"]
 FoundBy = Literal["estimate", "simulation", "nothing is left out"]
@@ -62,86 +52,6 @@ _LEAST_ADHESION, _MOST_ADHESION = 0.15, 3.0  # of the force, in pi R dgamma; the
 _MARGIN = 1.5  # by which an estimate may be wrong either way
 _ROOM = 0.7  # share of the tolerance that a simulated difference may use
 _WORTH = 0.8  # share of the full scene's operations up to which a simpler scene is sure to be the faster one
-
-
-@dataclass(frozen=True)
-class Effects:
-    """The effects kept of a scene whose material has `of` terms.
-
-    Args:
-        adhesion: whether surfaces attract each other.
-        first, last: terms `first` to `last` - 1 are kept (fastest first); those before have relaxed, those after are
-            frozen.
-        of: terms of the full material.
-        spring: whether there is a spring between stage and sphere.
-    """
-
-    adhesion: bool
-    first: int
-    last: int
-    of: int
-    spring: bool = False
-
-    @property
-    def terms(self) -> int:
-        """Terms kept, each of which costs a memory vector."""
-        return self.last - self.first
-
-    @property
-    def count(self) -> int:
-        """Effects kept: terms, and adhesion and the spring as one more each."""
-        return self.terms + self.adhesion + self.spring
-
-    @property
-    def everything(self) -> bool:
-        """Whether no term is left out."""
-        return self.terms == self.of
-
-    def __str__(self) -> str:
-        adhesion = ("adhesive" if self.adhesion else "without adhesion") + (", with a spring" if self.spring else "")
-        if self.of == 0:
-            return f"elastic, {adhesion}"
-        if self.everything:
-            return f"viscoelastic, {adhesion}"
-        if self.terms == 0:
-            state = "rubbery" if self.first == self.of else "glassy" if self.first == 0 else "partly relaxed"
-            return f"elastic {state}, {adhesion}"
-        return f"{self.terms} of {self.of} terms, {adhesion}"
-
-
-def choices(scene: Scene) -> list[Effects]:
-    """Every way to keep neighbouring terms of a scene, with or without adhesion and spring, fewest effects first.
-
-    Of as many effects, those with as many terms and the same rest stand side by side. Ways whose stiffer solid would be
-    out of the range of Tabor parameters are left out; the full scene is the last.
-    """
-    of = len(scene.material.strengths)
-    adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
-    kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
-    springs = (False,) if scene.spring is None else (False, True)
-    stiff = [scene.tabor * (1.0 - scene.material.strengths[last:].sum()) ** (2.0 / 3.0) for last in range(of + 1)]
-    combinations = [
-        Effects(stick, first, last, of, spring)
-        for spring in springs
-        for stick in adhesion
-        for first, last in kept
-        if stiff[last] >= SMALLEST_TABOR
-    ]
-    return sorted(combinations, key=lambda effects: (effects.count, effects.terms))
-
-
-def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tuple[Scene, IndentationProtocol]:
-    """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path.
-
-    A protocol whose start would follow the new Tabor parameter is returned as its indentation history.
-    """
-    terms = np.arange(effects.of)
-    simple = without_terms(scene, terms < effects.first, terms >= effects.last)
-    adhesion = scene.adhesion if effects.adhesion else HardContact()
-    simple = replace(simple, adhesion=adhesion, spring=scene.spring if effects.spring else None)
-    if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
-        return simple, protocol.history(scene.tabor)
-    return simple, protocol
 
 
 @dataclass(frozen=True)

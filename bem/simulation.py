@@ -15,12 +15,9 @@ from bem._support.jit import compilation
 from bem._support.validation import finite_number, instance, whole_number
 from bem._support.wording import shown
 from bem.methods.boundary_elements.discrete_problem import Path, deepest_indentation, least_force, problem_of
-from bem.methods.boundary_elements.time_stepping import march
+from bem.methods.boundary_elements.history import march
 from bem.methods.elastic_curve.trajectory import march_elastic
-from bem.methods.outcomes import (
-    COMPLETED,
-    DETACHED,
-)
+from bem.methods.outcomes import COMPLETED, DETACHED
 from bem.methods.physical_bounds import most_tension, within_bounds
 from bem.methods.records import (
     MOST_OF_A_DRAFT,
@@ -152,7 +149,7 @@ def _rescaled(trajectory: Trajectory, scene: Scene, simplified: SimplifiedScene)
 
 
 def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
-    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
+    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve is not followed."""
     # The rim at which attraction ends far outside the contact may be too narrow for the meshes of the branch.
     steep = isinstance(scene.adhesion, TractionLaw) and scene.adhesion.fineness < 1.0
     narrow = steep and scene.exponent > _FLAT and scene.tabor < _LONG_RANGED
@@ -162,8 +159,8 @@ def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Tra
     started = time.perf_counter()
     try:
         result = march_elastic(scene, path, target, *prescribed(path), budget)
-    except MemoryError as error:
-        return _not_started(str(error), target.target, 0)
+    except MemoryError:
+        return None
     result = _checked(result, scene, path, target.target)
     if result.outcome.needs_a_finer_mesh:
         return None
@@ -257,7 +254,9 @@ def _followed(
     load_kernels("boundary elements")
     seconds, spent = 0.0, 0
     for refinement in range(_MOST_REFINEMENTS + 1):
-        tightened = target.target / 2.0**refinement
+        # Looser targets have the mesh of a draft: half of it is the first finer one.
+        coarse = min(target.target, NAMED_TARGETS["draft"]) if refinement else target.target
+        tightened = coarse / 2.0**refinement
         try:
             problem = problem_of(scene, path, Accuracy(tightened), mesh)
         except MemoryError as error:

@@ -56,7 +56,7 @@ def main() -> None:
 
     @wraps(study)
     def command(**inputs: Any) -> None:
-        from experiments.measurements.harness import publish
+        from experiments.harness import publish
 
         try:
             result = study(**inputs)

@@ -32,8 +32,8 @@ from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
+from experiments.cases import ANY_SOLID, Case, rows_of
 from experiments.common import DATASET, MODELS, MODULUS_RATIO
-from experiments.measurements.cases import ANY_SOLID, Case, rows_of
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 

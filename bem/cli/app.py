@@ -52,46 +52,47 @@ app = typer.Typer(
 TIMES = "Instants of a prescribed force, separated by commas; in place of a cycle."
 FORCES = "Force at these times, separated by commas, linear between them, in pi R dgamma, tension positive."
 
+ACCURACY = "draft, standard, reference, or a target relative error such as 1e-3."
+Tabor = Annotated[float, in_contact("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")]
+Spring = Annotated[Number, in_contact("Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")]
+InitialState = Annotated[
+    Literal["relaxed", "glassy"], in_contact("As if the sphere had always been there, or had just arrived.")
+]
+Peak = Annotated[
+    Number, in_protocol("Indentation held during the dwell, in h0.", show_default=first_default("peak_indentation"))
+]
+LoadingRate = Annotated[
+    Number, in_protocol("Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate"))
+]
+UnloadingRate = Annotated[
+    Number,
+    in_protocol("Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate")),
+]
+DwellTime = Annotated[
+    Number,
+    in_protocol("Time at the peak, in retardation times.", show_default=f"{first_default('dwell_time')}, else 0"),
+]
+Start = Annotated[Number, in_protocol("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")]
+
 add_version(app, "bem", __version__)
 
 
 @app.command()
 def simulate(
-    tabor: Annotated[
-        float, in_contact("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")
-    ] = FIRST_TABOR,
+    tabor: Tabor = FIRST_TABOR,
     material: Material = "sls:0.1",
     adhesion: Adhesion = "lennard-jones",
     indenter: Indenter = "paraboloid",
-    spring: Annotated[
-        Number, in_contact("Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
-    ] = None,
-    initial_state: Annotated[
-        Literal["relaxed", "glassy"], in_contact("As if the sphere had always been there, or had just arrived.")
-    ] = "relaxed",
-    peak_indentation: Annotated[
-        Number, in_protocol("Indentation held during the dwell, in h0.", show_default=first_default("peak_indentation"))
-    ] = None,
-    loading_rate: Annotated[
-        Number,
-        in_protocol("Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate")),
-    ] = None,
-    unloading_rate: Annotated[
-        Number,
-        in_protocol("Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate")),
-    ] = None,
-    dwell_time: Annotated[
-        Number,
-        in_protocol("Time at the peak, in retardation times.", show_default=f"{first_default('dwell_time')}, else 0"),
-    ] = None,
-    start_indentation: Annotated[
-        Number, in_protocol("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
-    ] = None,
+    spring: Spring = None,
+    initial_state: InitialState = "relaxed",
+    peak_indentation: Peak = None,
+    loading_rate: LoadingRate = None,
+    unloading_rate: UnloadingRate = None,
+    dwell_time: DwellTime = None,
+    start_indentation: Start = None,
     times: Annotated[Text, in_protocol(TIMES)] = None,
     forces: Annotated[Text, in_protocol(FORCES)] = None,
-    accuracy: Annotated[
-        str, option("draft, standard, reference, or a target relative error such as 1e-3.")
-    ] = "standard",
+    accuracy: Annotated[str, option(ACCURACY)] = "standard",
     as_json: arguments.Json = False,
     csv: arguments.Csv = None,
     plot: arguments.Plot = None,
@@ -110,24 +111,12 @@ def simulate(
     import numpy as np
 
     from bem._support.text_files import plain
-    from bem.problem.protocol import ForceProtocol, LoadingProtocol
     from bem.results.plots import title_of
     from bem.simulation import simulate as run
 
     scene = arguments.scene_of(tabor, material, adhesion, spring, indenter)
-    cycle: dict[str, Any] = {
-        "peak_indentation": peak_indentation,
-        "loading_rate": loading_rate,
-        "unloading_rate": unloading_rate,
-    }
-    protocol: Any
-    if {*cycle.values(), times, forces} == {None}:
-        cycle = FIRST_PROTOCOL
-    if arguments.by_force(cycle, times, forces):
-        protocol = ForceProtocol(arguments.parse_numbers("times", times), arguments.parse_numbers("forces", forces))
-    else:
-        held = {"dwell_time": cycle.get("dwell_time", 0.0) if dwell_time is None else dwell_time}
-        protocol = LoadingProtocol(**cycle | held, start_indentation=start_indentation)
+    cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
+    protocol = _protocol_of(cycle, dwell_time, start_indentation, times, forces)
     plot = plot or default_picture("contact", as_json, csv, filmstrip, animate)
     arguments.require_pictures(plot, filmstrip, animate)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
@@ -153,6 +142,20 @@ def simulate(
     say_written(outputs, err=as_json)
     if not trajectory.completed:
         raise typer.Exit(1)
+
+
+def _protocol_of(
+    cycle: dict[str, Any], dwell_time: Number, start_indentation: Number, times: Text, forces: Text
+) -> Any:
+    """The prescribed force, or the cycle; the paper's sample protocol (1) where neither is given."""
+    from bem.problem.protocol import ForceProtocol, LoadingProtocol
+
+    if {*cycle.values(), times, forces} == {None}:
+        cycle = FIRST_PROTOCOL
+    if arguments.by_force(cycle, times, forces):
+        return ForceProtocol(arguments.parse_numbers("times", times), arguments.parse_numbers("forces", forces))
+    held = {"dwell_time": cycle.get("dwell_time", 0.0) if dwell_time is None else dwell_time}
+    return LoadingProtocol(**cycle | held, start_indentation=start_indentation)
 
 
 app.command("simulate-si")(lab.simulate_si)

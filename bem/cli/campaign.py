@@ -10,16 +10,7 @@ import typer
 from bem._support.command_line import one_sentence, parse_accuracy, progress_bar
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.provenance import command_line
-from bem.cli.arguments import (
-    File,
-    Text,
-    option,
-    parse_ranges,
-    parse_ratio,
-    parse_shard,
-    parse_solids,
-    read_design_file,
-)
+from bem.cli.arguments import File, Text, option, parse_ranges, parse_ratio, parse_shard, parse_solids, read_design_file
 
 DESIGN_HELP = "How protocols are drawn; as in the paper by default."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."

@@ -43,7 +43,11 @@ Poisson = Annotated[
     float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
 Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
-LARGEST = "Above this Tabor parameter an effective, longer gap is simulated"
+Modulus = Annotated[Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
+START = "Indentation at the start and the end; by default just out of contact."
+TIMES = "Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle."
+FORCES = "Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign."
+LARGEST = "Above this Tabor parameter an effective, longer gap is simulated, as a film needs; by default none is."
 ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
@@ -67,28 +71,20 @@ class UnitGroup(Commands):
 def simulate_si(
     radius: Radius,
     work_of_adhesion: Annotated[str, option("e.g. 50mJ/m2; a plain number is in J/m2.")],
-    modulus: Annotated[
-        Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")
-    ] = None,
+    modulus: Modulus = None,
     peak_indentation: Annotated[Text, option("e.g. 1um.")] = None,
     loading_rate: Annotated[Text, option("Speed of approach, e.g. 2um/s.")] = None,
     unloading_rate: Annotated[Text, option("Speed of withdrawal, e.g. 2um/s.")] = None,
     dwell_time: Annotated[str, option("Time at the peak, e.g. 0.5s.")] = "0",
-    start_indentation: Annotated[
-        Text, option("Indentation at the start and the end; by default just out of contact.")
-    ] = None,
-    times: Annotated[Text, option("Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle.")] = None,
-    forces: Annotated[
-        Text, option("Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign.")
-    ] = None,
+    start_indentation: Annotated[Text, option(START)] = None,
+    times: Annotated[Text, option(TIMES)] = None,
+    forces: Annotated[Text, option(FORCES)] = None,
     stiffness: Stiffness = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
     retardation_time: Annotated[Text, option("Unit of the material's times, e.g. 100ms.")] = None,
     material: Material = "elastic",
-    largest_tabor: Annotated[
-        Number, option(f"{LARGEST}; 3 by default, 10000 for a viscoelastic solid with an equilibrium gap of your own.")
-    ] = None,
+    largest_tabor: Annotated[Number, option(LARGEST)] = None,
     force_sign: ForceSign = "tension",
     accuracy: Accuracy = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
@@ -104,23 +100,18 @@ def simulate_si(
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
-    from bem._support.text_files import plain
-    from bem.lab.setup import HIGHEST_TABOR, LARGEST_TABOR, EffectiveRangeWarning, Setup
-    from bem.lab.units import readable
+    from bem.lab.setup import EffectiveRangeWarning, Setup
     from bem.simulation import simulate as run
 
-    if largest_tabor is None:
-        largest_tabor = LARGEST_TABOR if gap is None or material == "elastic" else HIGHEST_TABOR
+    ranges = {"equilibrium_gap": gap, "largest_tabor": largest_tabor}
     setup = Setup(
         radius=radius,
         work_of_adhesion=work_of_adhesion,
-        largest_tabor=largest_tabor,
         stiffness=stiffness,
         **solid_of(material, modulus, poisson_ratio, retardation_time),
-        **({} if gap is None else {"equilibrium_gap": gap}),
+        **{name: value for name, value in ranges.items() if value is not None},
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
-    protocol: Any
     if of_forces := by_force(cycle, times, forces):
         pairs = {"times": (times or "").split(","), "forces": (forces or "").split(",")}
         protocol = setup.force_protocol(**pairs, force_sign=force_sign)
@@ -132,21 +123,35 @@ def simulate_si(
     with one_sentence("bem"), Outputs(csv, plot, filmstrip, animate) as outputs, recording as warned:
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         write(outputs, csv, curve.write)
-        shown_first: Any = "indentation" if of_forces else "force"
+        shown_first = "indentation" if of_forces else "force"
         write(outputs, plot, lambda temporary: curve.plot(over_time=shown_first).savefig(temporary, dpi=150))
         if filmstrip or animate:  # a force curve has no profiles
             contact = run(setup.scene(), protocol, parse_accuracy(accuracy), profiles=arguments.FRAMES)
+            if contact.profiles is None:
+                raise ValueError(
+                    "a film needs a mesh, which is for a Tabor parameter of at most about 50; received "
+                    f"{setup.tabor:.3g}; --largest-tabor 3 simulates an effective range"
+                )
             write(outputs, filmstrip, lambda temporary: contact.filmstrip(temporary, setup))
             write(outputs, animate, lambda temporary: contact.animate(temporary, setup))
     for warning in warned or ():
         typer.echo(f"bem: {warning.message}", err=True)
-    if as_json:
-        arrays = {name: column.values for name, column in curve.columns().items()}
-        typer.echo(
-            json.dumps(plain(curve.summary() | {"detached": curve.detached, "tabor": setup.physical_tabor} | arrays))
-        )
-        say_written(outputs, err=True)
-        return
+    typer.echo(_json_of(curve, setup) if as_json else _readable(curve, setup))
+    say_written(outputs, err=as_json)
+
+
+def _json_of(curve: Any, setup: Any) -> str:
+    """Summary and arrays of a simulated force curve."""
+    from bem._support.text_files import plain
+
+    arrays = {name: column.values for name, column in curve.columns().items()}
+    return json.dumps(plain(curve.summary() | {"detached": curve.detached, "tabor": setup.physical_tabor} | arrays))
+
+
+def _readable(curve: Any, setup: Any) -> str:
+    """A short table of a simulated force curve for people, and what else there is to say."""
+    from bem.lab.units import readable
+
     values = {
         "pull-off force (tension)": (curve.pull_off_force, "N"),
         "compression, at most": (-float(curve.tension.min()), "N"),
@@ -165,8 +170,7 @@ def simulate_si(
     if setup.range_is_effective:
         lines.append(f"effective range {readable(setup.gap, 'm')}, Tabor parameter {setup.tabor:.3g}")
     lines.append(f"relative error of the force: {curve.accuracy:g}")
-    typer.echo("\n".join(lines))
-    say_written(outputs)
+    return "\n".join(lines)
 
 
 def fit(

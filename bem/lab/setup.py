@@ -8,8 +8,9 @@ With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the
 and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
 
 Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of hundreds, beyond
-what a mesh resolves. The gap h0 is then an effective range, at which the Tabor parameter is `largest_tabor`. The sharp
-crack answers a viscoelastic contact at its own Tabor parameter, from about 100 on; `largest_tabor` = 1e4 asks for it.
+what a mesh resolves. `simulate` answers it all the same. What needs a mesh, such as a film of the contact, or knows
+small Tabor parameters only, such as a surrogate, can take a longer gap h0, an effective range at which the Tabor
+parameter is `largest_tabor`.
 
 - In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
   is large, in the JKR limit.
@@ -42,14 +43,13 @@ from bem.problem.protocol import (
     default_start_indentation,
     history_of,
 )
-from bem.problem.scene import LARGEST_TABOR as HIGHEST_TABOR
-from bem.problem.scene import Scene
+from bem.problem.scene import LARGEST_TABOR, Scene
 
 INTERATOMIC_GAP = 0.3e-9
 """The equilibrium gap, in m, of a setup that names none: of the order of interatomic distances."""
 
-LARGEST_TABOR = 3.0
-"""Tabor parameter above which a longer gap is simulated, so that the solver resolves the contact edge."""
+EFFECTIVE_TABOR = 3.0
+"""Tabor parameter of an effective range, at which a mesh resolves the edge of the contact."""
 
 SENSITIVE = 0.05
 """Relative change of the pull-off force, for an effective range `LONGER` times longer, above which a setup warns."""
@@ -86,7 +86,7 @@ class Setup:
         retardation_time: the unit of the material's times, in s. Required for a `StandardLinearSolid`, whose
             retardation time it is. A `PronySeries` without it has its times in seconds.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
-        largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.setup`.
+        largest_tabor: Tabor parameter above which an effective range is used, none by default; see `bem.lab.setup`.
         stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
         half_angle: between axis and flank of a cone, in degrees, for the model of `bem.lab.fit` that presses one
             instead of a sphere.
@@ -139,7 +139,7 @@ class Setup:
                 object.__setattr__(self, name, value)
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
         object.__setattr__(self, "poisson_ratio", ratio)
-        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=HIGHEST_TABOR)
+        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=LARGEST_TABOR)
         if self.half_angle is not None:
             finite_number("half_angle", self.half_angle, above=0.0, high=89.0)
         if not self.tabor >= 1e-6:

@@ -107,8 +107,9 @@ def simulate_paper_method(
     strengths, times = np.array(material.strengths), np.array(material.times)
     corners, depths = np.array(history.times), np.array(history.indentations)
     work, by_segment = uncompiled(new_work)(budget), np.zeros(corners.size - 1, np.int64)
-    none, of_past = np.empty(0), (np.empty(1024), np.empty((1024, nodes)))
-    course = _Course(uncompiled(new_records)(), none, none, none, *of_past, 0, 0.0, -1, 0.0, 0.0, PAUSED)
+    none = np.empty(0)
+    past = _Past(none, np.empty(1024), np.empty((1024, nodes)), 0)
+    course = _Course(uncompiled(new_records)(), none, none, past, 0.0, -1, 0.0, 0.0, PAUSED)
     interface = interface_of(tabor, scene.adhesion)
     while course.outcome == PAUSED:
         course = _march(interface, mesh, strengths, times, corners, depths, steps, course, by_segment, next_slice(work))
@@ -138,16 +139,22 @@ def simulate_paper_method(
     )
 
 
+class _Past(NamedTuple):
+    """Tractions of the past, on n nodes; there is room for more of their increments."""
+
+    settled: np.ndarray  # (n,) the traction whose displacement does not change any more
+    instants: np.ndarray  # (room,) of the increments
+    increments: np.ndarray  # (room, n)
+    count: int  # increments so far
+
+
 class _Course(NamedTuple):
-    """How far a history has been followed, on n nodes; there is room for more past increments of the traction."""
+    """How far a history has been followed, on n nodes."""
 
     records: Records
     gap: np.ndarray  # (n,)
     tractions: np.ndarray  # (n,)
-    settled: np.ndarray  # (n,) the traction whose displacement does not change any more
-    instants: np.ndarray  # of the increments
-    increments: np.ndarray  # (room, n)
-    past: int  # increments so far
+    past: _Past
     force: float
     segment: int  # -1 before the start
     now: float  # in the segment
@@ -197,6 +204,50 @@ def _recorded(
 
 
 @kernel
+def _settled(
+    interface: Interface,
+    mesh: Mesh,
+    rhs: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    work: np.ndarray,
+) -> bool:
+    """Let gap (n,) and `tractions` (n,) settle on a stable branch; whether they did. Only multiply-adds are counted."""
+    of_settling = work.copy()
+    solved = settle(interface, mesh.influence, rhs, response, RESIDUAL, gap, tractions, of_settling)
+    work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
+    return solved
+
+
+@kernel
+def _displaced(
+    mesh: Mesh, strengths: np.ndarray, times: np.ndarray, past: _Past, instant: float, tractions: np.ndarray
+) -> np.ndarray:
+    """Displacement (n,) at an instant by what came before the last `tractions` (n,), by the sum over the history."""
+    total, displaced = np.zeros(tractions.size), np.zeros(tractions.size)
+    for m in range(past.count):  # sum_m C(now - t_m) (sigma_m - sigma_(m-1))
+        compliance = 1.0
+        for i in range(strengths.size):
+            compliance -= strengths[i] * np.exp(-(instant - past.instants[m]) / times[i])
+        total += compliance * past.increments[m]
+    add_rows(mesh.influence, past.settled + total - (1.0 - np.sum(strengths)) * tractions, displaced)
+    return displaced
+
+
+@kernel
+def _with_increment(past: _Past, instant: float, change: np.ndarray) -> _Past:
+    """The past with one more increment of the tractions (n,)."""
+    instants, increments, count = past.instants, past.increments, past.count
+    if count == instants.size:
+        instants = np.concatenate((instants, np.empty_like(instants)))
+        increments = np.concatenate((increments, np.empty_like(increments)))
+    instants[count] = instant
+    increments[count] = change
+    return _Past(past.settled, instants, increments, count + 1)
+
+
+@kernel
 def _march(
     interface: Interface,
     mesh: Mesh,
@@ -210,16 +261,13 @@ def _march(
     work: np.ndarray,
 ) -> _Course:
     """Follow the history for a slice of work; the steps of each segment and the work are counted."""
-    n, of_settling = mesh.radii.size, work.copy()
-    records, gap, tractions, settled, instants, increments, past, force, first, now, step, outcome = course
-    solved = True
-    glassy = 1.0 - np.sum(strengths)
+    records, gap, tractions, past, force, first, now, step, outcome = course
+    n, solved, glassy = mesh.radii.size, True, 1.0 - np.sum(strengths)
     shape = 1.0 + 0.5 * interface.tabor * mesh.radii**2
     if first < 0:
         gap, tractions = np.maximum(shape - depths[0], 0.95), np.zeros(n)
-        solved = settle(interface, mesh.influence, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
-        work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
-        settled = tractions.copy()  # relaxed: felt through the whole compliance
+        solved = _settled(interface, mesh, shape - depths[0], 1.0, gap, tractions, work)
+        past = _Past(tractions.copy(), past.instants, past.increments, 0)  # relaxed: felt through the whole compliance
         force = force_of(interface, mesh.force_weights, gap, tractions)
         records = _recorded(records, interface, mesh, corners[0], depths[0], force, gap)
     for segment in range(max(first, 0), corners.size - 1):
@@ -227,65 +275,45 @@ def _march(
         nominal = duration / steps
         if times.size > 0:
             nominal = min(nominal, RESOLVED * np.min(times) / steps)
-        smallest = nominal * 0.5**MOST_HALVINGS
         if segment != first:
             step, now = nominal, 0.0
         while solved and now < duration:
             if is_to_pause(work) and not is_spent(work):
-                return _Course(
-                    records, gap, tractions, settled, instants, increments, past, force, segment, now, step, PAUSED
-                )
+                return _Course(records, gap, tractions, past, force, segment, now, step, PAUSED)
             if is_spent(work):
                 solved = False
                 break
-            work[MULTIPLY_ADDS] += past * (n + 20 * strengths.size)  # of the sum over the history
-            at_end = now + 1.0000001 * step >= duration
-            after = duration if at_end else now + step
-            instant = corners[segment] + after
-            share = after / duration
+            work[MULTIPLY_ADDS] += past.count * (n + 20 * strengths.size)  # of the sum over the history
+            after = duration if now + 1.0000001 * step >= duration else now + step
+            instant, share = corners[segment] + after, after / duration
             depth = depths[segment] * (1.0 - share) + depths[segment + 1] * share
-            total, displaced = np.zeros(n), np.zeros(n)
-            for m in range(past):  # sum_m C(now - t_m) (sigma_m - sigma_(m-1))
-                compliance = 1.0
-                for i in range(strengths.size):
-                    compliance -= strengths[i] * np.exp(-(instant - instants[m]) / times[i])
-                total += compliance * increments[m]
-            add_rows(mesh.influence, settled + total - glassy * tractions, displaced)
-            rhs = shape - depth - displaced
+            rhs = shape - depth - _displaced(mesh, strengths, times, past, instant, tractions)
             new_gap, new_traction = gap.copy(), tractions.copy()
             converged = _newton(interface, mesh, rhs, glassy, new_gap, new_traction, work)
-            if not converged and step > 1.01 * smallest:
+            if not converged and step > 1.01 * nominal * 0.5**MOST_HALVINGS:
                 work[REJECTIONS] += 1
                 step *= 0.5
                 continue
-            old_force, eigenvalue = force, 0.0
             if not converged:
-                eigenvalue = smallest_eigenvalue(interface, mesh.influence, gap, glassy)
                 new_gap = gap.copy()
-                of_settling[MULTIPLY_ADDS] = work[MULTIPLY_ADDS]
-                solved = settle(interface, mesh.influence, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
-                work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
+                solved = _settled(interface, mesh, rhs, glassy, new_gap, new_traction, work)
                 if not solved:
                     break
             new_force = force_of(interface, mesh.force_weights, new_gap, new_traction)
-            if not converged and abs(new_force - old_force) > _LEAST_JUMP * max(abs(old_force), 1.0):
-                stiffness = smallest_eigenvalue(interface, mesh.influence, new_gap, glassy)
-                forces, eigenvalues = (old_force, new_force), (eigenvalue, stiffness)
+            if not converged and abs(new_force - force) > _LEAST_JUMP * max(abs(force), 1.0):
+                eigenvalue = smallest_eigenvalue(interface, mesh.influence, gap, glassy)
+                after_jump = smallest_eigenvalue(interface, mesh.influence, new_gap, glassy)
+                forces, eigenvalues = (force, new_force), (eigenvalue, after_jump)
                 records = with_jump(records, instant, depth, forces, eigenvalues, np.nan, depth)
-                records = _recorded(records, interface, mesh, instant, depth, old_force, gap)
+                records = _recorded(records, interface, mesh, instant, depth, force, gap)
             if strengths.size > 0:
-                if past == instants.size:
-                    instants = np.concatenate((instants, np.empty_like(instants)))
-                    increments = np.concatenate((increments, np.empty_like(increments)))
-                instants[past] = instant
-                increments[past] = new_traction - tractions
-                past += 1
+                past = _with_increment(past, instant, new_traction - tractions)
             else:
-                settled = new_traction.copy()
+                past = _Past(new_traction.copy(), past.instants, past.increments, 0)
             gap, tractions, force, now = new_gap, new_traction, new_force, after
             records = _recorded(records, interface, mesh, instant, depth, force, gap)
             by_segment[segment] += 1
             work[STEPS] += 1
             step = min(1.5 * step, nominal)
     outcome = COMPLETED if solved else NO_EQUILIBRIUM
-    return _Course(records, gap, tractions, settled, instants, increments, past, force, segment, now, step, outcome)
+    return _Course(records, gap, tractions, past, force, segment, now, step, outcome)

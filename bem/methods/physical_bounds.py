@@ -91,7 +91,8 @@ def within_bounds(result: MarchResult, scene: Scene, least_force: float, target:
         return result._replace(outcome=TOO_MUCH_TENSION)
     if force.min() < least_force - rounding:
         return result._replace(outcome=UNPHYSICAL)
-    if scene.material.strengths.size == 0 and result.outcome == COMPLETED:
+    known = np.isfinite(result.energies).all()  # a sharp crack states none
+    if scene.material.strengths.size == 0 and result.outcome == COMPLETED and known:
         mean, change = 0.5 * (force[1:] + force[:-1]), np.diff(depth)
         allowed = _BALANCED * target ** (2.0 / 3.0) * (1.0 + float(np.abs(mean * change).sum()))
         stored = float(result.energies[1] - result.energies[0])

@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.boundary_elements.state import State
 from bem.methods.outcomes import Outcome
 from bem.results.profiles import Profiles
 from bem.results.trajectory import Jump
@@ -78,7 +77,7 @@ def new_records() -> Records:
 
 
 @kernel
-def _with_room(table: np.ndarray, used: int) -> np.ndarray:
+def with_room(table: np.ndarray, used: int) -> np.ndarray:
     """The table, or one of twice the length with the same rows where all are in use."""
     if used < table.size:
         return table
@@ -92,25 +91,11 @@ def _with_room(table: np.ndarray, used: int) -> np.ndarray:
 def with_record(records: Records, time: float, depth: float, force: float, edge: float) -> Records:
     """The records with one more state."""
     filled = records.filled
-    states = _with_room(records.states, filled[0])
+    states = with_room(records.states, filled[0])
     row = states[filled[0]]
     row["time"], row["indentation"], row["force"], row["contact_radius"] = time, depth, force, edge
     filled[0] += 1
     return Records(states, records.jumps, records.profiles, filled)
-
-
-@kernel
-def with_profile(records: Records, state: State) -> Records:
-    """The records with the profile of one more state."""
-    filled, profiles = records.filled, records.profiles
-    for i in range(state.gap.size):
-        profiles = _with_room(profiles, filled[2])
-        row = profiles[filled[2]]
-        row["number"], row["indentation"], row["force"] = filled[3], state.depth, state.force
-        row["radius"], row["gap"], row["traction"] = state.mesh.radii[i], state.gap[i], state.traction[i]
-        filled[2] += 1
-    filled[3] += 1
-    return Records(records.states, records.jumps, profiles, filled)
 
 
 @kernel
@@ -125,7 +110,7 @@ def with_jump(
 ) -> Records:
     """The records with one more jump; forces and eigenvalues are those before and after it."""
     filled = records.filled
-    jumps = _with_room(records.jumps, filled[1])
+    jumps = with_room(records.jumps, filled[1])
     row = jumps[filled[1]]
     row["time"], row["indentation"] = time, depth
     row["energy_lost"], row["indentation_after"] = energy_lost, depth_after

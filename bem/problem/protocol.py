@@ -18,7 +18,7 @@ from bem._support.wording import shown
 
 Phase = Literal["loading", "dwell", "unloading"]
 
-LARGEST_INDENTATION = 1e6
+LARGEST_INDENTATION = 1e9
 LARGEST_FORCE = 1e9
 LARGEST_RATE = 1e12
 SMALLEST_RATE = 1e-12
@@ -148,7 +148,7 @@ class LoadingProtocol:
     """Load at constant rate to a peak, dwell there, unload at constant rate to the start.
 
     Args:
-        peak_indentation: indentation held during the dwell, within +-1e6 and above the start.
+        peak_indentation: indentation held during the dwell, within +-1e9 and above the start.
         loading_rate: speed of the first ramp, 1e-12 to 1e12.
         dwell_time: time held at the peak, 0 to 1e12; zero leaves the phase out.
         unloading_rate: speed of the last ramp, 1e-12 to 1e12.

@@ -13,8 +13,8 @@ from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.problem.tractions import ConstantStress, Exponential, HardContact, LennardJones, TractionLaw, law_of
 
 SMALLEST_TABOR = 1e-6
-LARGEST_TABOR = 1e4
-SOFTEST_SPRING = 1e-6
+LARGEST_TABOR = 1e7
+SOFTEST_SPRING = 1e-12
 STIFFEST_SPRING = 1e12
 
 
@@ -23,13 +23,13 @@ class Scene:
     """One contact.
 
     Args:
-        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; boundary elements resolve elastic contacts up to about 1000
-            and viscoelastic ones up to about 50; larger viscoelastic ones are sharp cracks.
+        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e7; larger ones than about 1000 in elastic contacts, and 50 in
+            viscoelastic ones, are answered by a sharp crack, for which the sphere must be a paraboloid.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         adhesion: the traction law, `LennardJones()`, `ConstantStress()`, `Exponential()` or a `TractionLaw` of your
             own; `HardContact()` is none.
         spring: stiffness of a spring between stage and sphere, a cantilever or the machine's own compliance, in
-            pi R dgamma / h0, from 1e-6 to 1e12. An infinite one is none: the protocol then moves the sphere itself.
+            pi R dgamma / h0, from 1e-12 to 1e12. An infinite one is none: the protocol then moves the sphere itself.
         indenter: `PowerLaw(...)`, a shape other than the paraboloid, which is `None`.
 
     Raises:

@@ -10,7 +10,6 @@ of the attraction, and its edge is a sharp crack. How hard does the rubber hold 
 #
 # The library has the modulus of Sylgard 184. Its relaxation was not measured there, so that this tutorial assumes a
 # standard linear solid: ten times stiffer when fast, with a retardation time of a microsecond. Measure your own batch.
-# With `largest_tabor` the contact is simulated at its own Tabor parameter, and not at an effective range of adhesion.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -29,7 +28,6 @@ bead = Setup(
     poisson_ratio=pdms.poisson_ratio,
     retardation_time="1 us",
     material=StandardLinearSolid(ratio),
-    largest_tabor=1e4,
 )
 weight = np.pi * bead.radius * bead.work_of_adhesion
 print(f"Tabor parameter {bead.tabor:.0f}")

@@ -18,11 +18,11 @@ import typer
 
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import NAMED_TARGETS
+from experiments.cases import Case, held_out
 from experiments.common import DATASET, MODELS, Dataset, Models, without_extrapolation_warnings
+from experiments.harness import Count, Jobs, Repeats, progress, run, timed
 from experiments.measurements import tools
-from experiments.measurements.cases import Case, held_out
 from experiments.measurements.closed_forms import FORMS
-from experiments.measurements.harness import Count, Jobs, Repeats, progress, run, timed
 from experiments.measurements.statistics import answer_errors, spread
 
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)

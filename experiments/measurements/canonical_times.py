@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from experiments.cases import Case
 from experiments.common import Config, Models, without_extrapolation_warnings
+from experiments.harness import progress, timed
 from experiments.measurements import tools
-from experiments.measurements.cases import Case
-from experiments.measurements.harness import progress, timed
 from experiments.paper_numbers import paper_rows
 
 BATCHES = 3

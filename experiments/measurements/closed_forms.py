@@ -18,9 +18,8 @@ from scipy.integrate import solve_ivp
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.methods.closed_forms import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
+from experiments.cases import Case
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import Case
-from experiments.paper.persson_brener import beta_over_length_scale
 
 SLOW, FAST = 10.0, 0.1
 NEGLIGIBLE = 0.1
@@ -74,7 +73,7 @@ def _retreat(case: Case) -> np.ndarray:
     """Largest force while the edge of a JKR contact retreats with the energy of Persson and Brener at its speed."""
     mu, protocol = case.scene.tabor, case.protocol
     radius = float(jkr.contact_radius_from_indentation(protocol.peak_indentation, mu))
-    unit = 1.0 / beta_over_length_scale(mu)  # l0 in beta
+    unit = 1.0 / persson_brener.beta_over_length_scale(mu)  # l0 in beta
 
     def energy(a: np.ndarray, t: np.ndarray) -> np.ndarray:
         return (a**2 - (protocol.peak_indentation - protocol.unloading_rate * t) / mu) ** 2 / (2.0 * np.pi * a)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bem import ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from experiments.measurements.harness import CLOCK, Repeats, Seed, of_command
+from experiments.harness import CLOCK, Repeats, Seed, of_command
 
 SOLID = StandardLinearSolid(0.1)
 LOSING_LITTLE = (0.8, 0.9)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from experiments.cases import Case, held_out
 from experiments.common import Dataset
-from experiments.measurements.cases import Case, held_out
-from experiments.measurements.harness import progress, timed
+from experiments.harness import progress, timed
 from experiments.measurements.tools import paper_method_at, solver_at
 from experiments.paper_numbers import paper_rows, stated
 

@@ -34,8 +34,8 @@ from bem._support.jit import uncompiled
 from bem.methods.boundary_elements.meshes.cohesive_zone import largest_contact_radius
 from bem.methods.closed_forms import dmt, hertz, jkr, maugis_dugdale
 from bem.problem.tractions import tail_force
-from experiments.measurements.cases import completed
-from experiments.measurements.harness import progress, timed
+from experiments.cases import completed
+from experiments.harness import progress, timed
 from experiments.measurements.tools import EXACT_TARGET
 
 TABORS = (1.0, 3.0)

@@ -18,8 +18,8 @@ import numpy as np
 import typer
 
 from bem._support.wording import markdown_table
-from experiments.measurements.cases import drawn, rows_of
-from experiments.measurements.harness import Count, Seed, progress
+from experiments.cases import drawn, rows_of
+from experiments.harness import Count, Seed, progress
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADS = ["Accuracy", "Before (ms)", "Now (ms)", "Ratio", "Outside the kernel (ms): before / now"]

@@ -16,10 +16,10 @@ from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
 from bem.methods.version import SOLVER_VERSION
+from experiments.cases import Case, Hidden
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
-from experiments.measurements.cases import Case, Hidden
-from experiments.measurements.harness import fingerprint, in_parallel, kept
-from experiments.paper.model_comparison import published, training_differences
+from experiments.harness import fingerprint, in_parallel, kept
+from experiments.published_models import published, training_differences
 from surrogate.architectures.naming import names
 from surrogate.files import BANDED as NAMES
 from surrogate.files import PUBLISHED_BANDED, weights_sha256

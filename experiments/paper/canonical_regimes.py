@@ -12,10 +12,10 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.results.profiles import moments
 from experiments import common
+from experiments.cases import Case, native
 from experiments.common import Config, Models, Result
-from experiments.measurements.cases import Case, native
-from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
+from experiments.published_models import by_recipe
 
 PICTURED, PROFILES = 5, 400
 """Sample whose contact the graphical abstract shows, and profiles from which those at its moments are chosen."""

@@ -8,8 +8,8 @@ axis, and the contact is lost before its end. It is computed at the accuracy of 
 from typing import Any
 
 from bem.dataset.records import RESULTS
+from experiments.cases import Case, native
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import Case, native
 from experiments.paper_numbers import paper_rows
 
 MAPPING = {"tabor": 1.0, "peak_indentation": 8.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}

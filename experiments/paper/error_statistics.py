@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from experiments.common import Config, Dataset, Models, require_dataset
-from experiments.paper.model_comparison import by_recipe
+from experiments.published_models import by_recipe
 from experiments.run_folders import read_table
 from surrogate.training.identity import read_identity
 

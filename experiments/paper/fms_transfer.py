@@ -12,11 +12,11 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
+from experiments.cases import Case, native, rows_of
 from experiments.common import Config, Dataset, Models
-from experiments.measurements.cases import Case, native, rows_of
-from experiments.measurements.harness import progress
-from experiments.paper.model_comparison import by_recipe
+from experiments.harness import progress
 from experiments.paper_numbers import paper_rows
+from experiments.published_models import by_recipe
 
 
 def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:

@@ -14,13 +14,13 @@ from scipy.special import ellipk
 
 from experiments import common
 from experiments.common import Dataset
-from experiments.paper.model_comparison import paper_mse
 from experiments.paper_numbers import paper_claims, paper_rows, stated
+from experiments.published_models import paper_mse
 
 
 def start_force() -> dict[str, float]:
     """Force of the relaxed sphere at the start indentation, for the smallest and the largest Tabor parameter."""
-    from experiments.measurements.cases import Case
+    from experiments.cases import Case
 
     ramps = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 1.0, "unloading_rate": 1.0}
     trajectories = {mu: Case.of({"tabor": mu, **ramps}).simulated("reference") for mu in (0.2, 3.2)}

@@ -22,12 +22,12 @@ from scipy.interpolate import CubicSpline
 from bem import Trajectory
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from experiments import common
+from experiments.cases import Case, Hidden, rows_of
 from experiments.common import Dataset, Models
-from experiments.measurements.cases import Case, Hidden, rows_of
-from experiments.measurements.harness import progress
+from experiments.harness import progress
 from experiments.paper.error_statistics import statistics
 from experiments.paper.fms_transfer import held_out
-from experiments.paper.model_comparison import PAPER_TRAINED, REFERENCE, WORDED, by_recipe, paper_mse, read_model
+from experiments.published_models import PAPER_TRAINED, REFERENCE, WORDED, by_recipe, paper_mse, read_model
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.metrics import dtw_rmse, hysteresis, nmae, pull_off, relative_error
 from surrogate.data.scaling import symlog

@@ -18,10 +18,10 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING
 from bem.methods.closed_forms import jkr
 from bem.methods.closed_forms import persson_brener as theory
 from experiments import common
+from experiments.cases import Case
 from experiments.common import Config, Models
-from experiments.measurements.cases import Case
-from experiments.paper.model_comparison import by_recipe
 from experiments.paper_numbers import paper_rows
+from experiments.published_models import by_recipe
 
 CURVE_POINTS = 200
 FASTEST = 4
@@ -50,18 +50,13 @@ def edge_velocity(trajectory: Trajectory, within: float) -> float:
     return float(-slope / scale)
 
 
-def beta_over_length_scale(tabor: float) -> float:
-    """Ratio of the contact's unit of length, beta, to the theory's, l0, whatever the radius over the gap."""
-    return float(np.sqrt(100.0 * tabor) / theory.length_scale(tabor))
-
-
 def point(protocol: dict[str, float], surrogates: dict[str, Any], config: dict[str, Any]) -> dict[str, Any]:
     """Amplifications and velocities of one protocol; of the surrogate by recipe."""
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
     case = Case.of(protocol, ratio)
     trajectory = case.simulated(config["accuracy"])
     forces = {recipe: common.predicted(trained, *case.grid(), tabor) for recipe, trained in surrogates.items()}
-    own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
+    own = edge_velocity(trajectory, config["fit_within"]) * theory.beta_over_length_scale(tabor)
     return {
         "point": int(protocol["point"]),
         "protocol": {name: protocol[name] for name in QUANTITIES},

@@ -23,8 +23,8 @@ import numpy as np
 
 from bem._support.text_files import read_json
 from experiments.common import Dataset, Models, Result, dataset_digest, ended_by_recipe, write_result
-from experiments.paper.model_comparison import PAPER_TRAINED_CONTENDERS, REMOVED
 from experiments.paper_numbers import PAPER_RECIPE
+from experiments.published_models import PAPER_TRAINED_CONTENDERS, REMOVED
 from experiments.run_folders import add_seeds, read_table, read_trainings
 from experiments.trainings import ranking as rankings
 from surrogate.architectures.naming import paper_names

@@ -14,10 +14,10 @@ import numpy as np
 from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
 from bem.methods.closed_forms import jkr
 from bem.problem.accuracy import resolve_accuracy
+from bem.problem.effects import IndentationProtocol
 from bem.problem.protocol import default_start_indentation
-from bem.recommendation import IndentationProtocol
-from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, progress
+from experiments.cases import Case, drawn, rows_of
+from experiments.harness import Count, Jobs, Seed, in_parallel, progress
 
 ACCURACY = "standard"
 REFINEMENT = 4.0

@@ -23,8 +23,8 @@ from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.scene import LARGEST_TABOR
-from experiments.measurements.cases import completed
-from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
+from experiments.cases import completed
+from experiments.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
 from experiments.robustness.lab_curves import CLASSES, UNKNOWN
 

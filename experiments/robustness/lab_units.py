@@ -9,6 +9,7 @@ from bem.lab.exporters import EXPORTERS
 from bem.lab.units import readable
 from bem.materials_library import load
 from bem.methods.closed_forms.jkr import PULL_OFF_FORCE
+from bem.problem.scene import LARGEST_TABOR
 
 PDMS = load("sylgard_184_cured_at_100c")
 CONTACTS = {
@@ -16,7 +17,7 @@ CONTACTS = {
     "colloid probe on PDMS": Setup(radius=5e-6, work_of_adhesion=0.05, relaxed_modulus=PDMS.relaxed_modulus),
     "glass lens on PDMS": Setup(radius=5e-3, work_of_adhesion=0.05, relaxed_modulus=PDMS.relaxed_modulus),
 }
-RANGES = (1.0, 2.0, 3.0, 5.0)
+RANGES = (1.0, 3.0, 10.0, 100.0, LARGEST_TABOR)
 BEAD = {"radius": 50e-6, "work_of_adhesion": 0.05, "relaxed_modulus": 2e6}
 RATIO, TIME, SPEED, DEPTH, DWELL = 0.3, 0.1, 2e-6, 1e-6, 0.5
 
@@ -34,7 +35,6 @@ def contacts_table() -> str:
         r"adhesion length $\mu h_0$": [readable(c.adhesion_length, "m") for c in CONTACTS.values()],
         r"Tabor parameter, $h_0 = 0.3$ nm": [f"{float(f'{c.physical_tabor:.3g}'):,g}" for c in CONTACTS.values()],
         "limit": [c.regime for c in CONTACTS.values()],
-        r"gap $h_0$ simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
         r"stiffness scale $\pi R\Delta\gamma/h_0$": [readable(c.stiffness_scale, "N/m") for c in CONTACTS.values()],
         "JKR pull-off force": [readable(PULL_OFF_FORCE * c.force_scale, "N") for c in CONTACTS.values()],
     }
@@ -53,8 +53,8 @@ def ranges_table() -> str:
             )
             curve = setup.simulate(protocol, "standard", check_range=False)
             forces.append(curve.pull_off_force / setup.force_scale)
-        rows.append([f"{largest:g}", readable(setup.gap, "m"), *(f"{force:.2f}" for force in forces)])
-    return _symbols(markdown_table(["`largest_tabor`", "effective range", "elastic", "viscoelastic"], rows))
+        rows.append([f"{setup.tabor:.3g}", readable(setup.gap, "m"), *(f"{force:.2f}" for force in forces)])
+    return _symbols(markdown_table(["Tabor parameter", "gap $h_0$", "elastic", "viscoelastic"], rows))
 
 
 def exporters_table() -> str:

@@ -36,7 +36,7 @@ from bem.methods.closed_forms import hertz, jkr
 from bem.problem.accuracy import resolve_accuracy
 from bem.results.trajectory import is_completed
 from bem.simulation import load_kernels
-from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel
+from experiments.harness import CLOCK, Count, Jobs, Seed, in_parallel
 
 DEVICES = ("stage", "spring", "force")
 TABORS, RATES = (20.0, 60.0, 200.0, 700.0, 3000.0), (1e-3, 1e-1, 1.0, 10.0, 1e3)

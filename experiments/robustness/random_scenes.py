@@ -16,8 +16,8 @@ import typer
 
 from bem.methods.version import SOLVER_VERSION
 from bem.results.trajectory import is_completed
-from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import Jobs, Seed, fingerprint, in_parallel, kept
+from experiments.cases import Case, drawn, rows_of
+from experiments.harness import Jobs, Seed, fingerprint, in_parallel, kept
 
 KEPT = Path("results/soak")
 CHUNK = 250

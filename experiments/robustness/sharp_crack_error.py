@@ -28,7 +28,7 @@ from bem.methods.sharp_crack import STEP_ERROR, ZONE_ERROR
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import LOOSEST
 from bem.problem.protocol import default_start_indentation
-from experiments.measurements.harness import Count, Jobs, Seed, fingerprint, in_parallel, kept
+from experiments.harness import Count, Jobs, Seed, fingerprint, in_parallel, kept
 
 KEPT = Path("results/sharp_crack_error")
 TARGETS = (5e-3, 2e-3)
@@ -112,6 +112,22 @@ def factor(rows: list[dict[str, Any]], name: str) -> float:
     roots = np.array([(row["expected"] - STEP_ERROR) / ZONE_ERROR for row in rows])
     errors = np.array([abs(row["error"][name]) for row in rows])
     return float(np.quantile((errors - STEP_ERROR) / roots, COVERED))
+
+
+def limits_text(sharp_crack_error: Any) -> str:
+    """How often the expected error holds, for docs/limits.md."""
+    rows, judging = sharp_crack_error["histories"], sharp_crack_error["summary"]["judging"]
+    compared = [row for row in rows if row["outcome"] == "compared"]
+    texts = []
+    for name in QUANTITIES:
+        errors = 100.0 * np.array([abs(row["error"][name]) for row in compared])
+        half, most, all_of = np.quantile(errors, (0.5, 0.9, 1.0))
+        words, within = name.replace("pull_off", "pull-off").replace("_", " "), 100.0 * judging[name]["within"]
+        texts.append(f"{words} {half:.2f}, {most:.1f} and {all_of:.1f} %, within the expected error in {within:.0f} %")
+    return (
+        f"Of {len(rows)} random histories, {len(compared)} that boundary elements settle: at the median, the 90th "
+        f"percentile and at most {'; '.join(texts)} of the half that judges"
+    )
 
 
 def study(

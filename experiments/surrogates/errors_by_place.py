@@ -17,9 +17,9 @@ from rich.table import Table
 import surrogate
 from bem import Trajectory
 from bem.dataset.designs import OUTERMOST, Design
+from experiments.cases import ANY_SOLID, HIDDEN_SEED, RANGES, Hidden
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, RANGES, Hidden
-from experiments.measurements.harness import Count
+from experiments.harness import Count
 from experiments.measurements.tools import predicted
 from surrogate.files import BANDED
 from surrogate.intervals import BANDS, RESULTS

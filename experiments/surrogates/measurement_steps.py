@@ -20,8 +20,8 @@ from bem.dataset import physical_steps
 from bem.dataset.designs import OUTERMOST, PAPER_RANGES
 from bem.dataset.measurement_steps import PHYSICAL, STEPS_VERSION
 from bem.problem.protocol import default_start_indentation
-from experiments.measurements.cases import ANY_SOLID, RANGES, STEPS, Hidden, results_of
-from experiments.measurements.harness import Count
+from experiments.cases import ANY_SOLID, RANGES, STEPS, Hidden, results_of
+from experiments.harness import Count
 from experiments.measurements.statistics import quantiles
 
 EXAMPLE = {

@@ -13,9 +13,9 @@ import numpy as np
 import surrogate
 from bem._support.wording import markdown_table
 from bem.results.trajectory import Trajectory
+from experiments.cases import RANGES, Hidden
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import RANGES, Hidden
-from experiments.measurements.harness import Count, Seed, progress
+from experiments.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
 from surrogate.files import BANDED
 from surrogate.trajectory import PredictedTrajectory

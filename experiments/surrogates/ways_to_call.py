@@ -18,9 +18,9 @@ import numpy as np
 import typer
 
 import surrogate
+from experiments.cases import Hidden, results_of
 from experiments.common import MODULUS_RATIO
-from experiments.measurements.cases import Hidden, results_of
-from experiments.measurements.harness import Count, in_turn
+from experiments.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
 from experiments.measurements.tools import predicted
 from surrogate.files import BANDED as NAMES

@@ -22,8 +22,8 @@ import typer
 
 from bem.dataset.designs import agree
 from experiments import common
+from experiments.cases import STEPS, Hidden, results_of
 from experiments.common import Config, Dataset, Models
-from experiments.measurements.cases import STEPS, Hidden, results_of
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates.measurement_steps import READINGS, errors, reading_errors
 from experiments.trainings.variants import WORK, Variant, Work, kept_folder, train_variants

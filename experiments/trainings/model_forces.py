@@ -16,7 +16,7 @@ import numpy as np
 from bem._support.text_files import read_json
 from experiments import common
 from experiments.common import Dataset, Models
-from experiments.measurements.harness import progress
+from experiments.harness import progress
 from experiments.run_folders import read_table
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling, symlog

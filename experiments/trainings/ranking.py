@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from experiments.common import Dataset
-from experiments.paper.model_comparison import REFERENCE
 from experiments.paper_numbers import paper_claims
+from experiments.published_models import REFERENCE
 from experiments.run_folders import read_trainings
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.data.dataset import TrajectoryDataset

@@ -30,11 +30,11 @@ from bem._support.text_files import read_json
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import FMS
 from experiments.common import DATASET, Dataset, Models, Result, dataset_digest
-from experiments.measurements.harness import Repeats, progress, timed
+from experiments.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
 from experiments.measurements.tools import absent, complete
-from experiments.paper.model_comparison import REFERENCE, outdated, paper_mse, published, read_model
 from experiments.paper_numbers import paper_values
+from experiments.published_models import REFERENCE, outdated, paper_mse, published, read_model
 from surrogate.architectures.naming import names
 from surrogate.backend import import_keras, limit_threads, versions
 from surrogate.data.dataset import Split

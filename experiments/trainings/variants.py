@@ -17,7 +17,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
-from experiments.paper.model_comparison import read_model
+from experiments.published_models import read_model
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.identity import Run, TrainingIdentity, differences, read_identity
 from surrogate.training.model_directory import model_name

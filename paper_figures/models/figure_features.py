@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bem._support.wording import markdown_table
-from experiments.paper.model_comparison import PAPER_TRAINED_INPUTS, REFERENCE
+from experiments.published_models import PAPER_TRAINED_INPUTS, REFERENCE
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from experiments.paper.model_comparison import PAPER_TRAINED, REFERENCE, WORDED
+from experiments.published_models import PAPER_TRAINED, REFERENCE, WORDED
 from paper_figures.style import drawing, models_style
 
 LOOKS = {

@@ -23,7 +23,7 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.text_files import read_json
 from bem.dataset.file import Dataset, load_dataset
-from experiments.measurements.cases import regions
+from experiments.cases import regions
 from experiments.run_folders import read_table
 from paper_figures.report.data_card import METADATA, croissant, data_card, filled, range_rows
 from paper_figures.style.writing import number, table_rows

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.paper.model_comparison import PAPER_TRAINED
+from experiments.published_models import PAPER_TRAINED
 from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 

@@ -7,7 +7,7 @@ differently (more data, fewer epochs, other inputs) follow; their names state th
 from collections.abc import Callable
 from typing import Any
 
-from experiments.paper.model_comparison import PAPER_TRAINED
+from experiments.published_models import PAPER_TRAINED
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 

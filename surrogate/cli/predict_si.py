@@ -44,7 +44,7 @@ def predict_si(
 ) -> None:
     """Predict one load-dwell-unload cycle in newtons, metres and seconds.
 
-    Above a Tabor parameter of 3 an effective range of adhesion is used, as by `bem simulate --radius`.
+    Above a Tabor parameter of 3 an effective range of adhesion is used, since models know small ones only.
 
     Example: surrogate predict any-solid --material polyurea --radius 5um --work-of-adhesion 50mJ/m2 --peak-indentation
     50nm --loading-rate 1um/s --unloading-rate 1um/s --dwell-time 10ms
@@ -53,12 +53,12 @@ def predict_si(
     from bem._support.text_files import plain
     from bem._support.wording import plain_table
     from bem.cli.lab import solid_of
-    from bem.lab.setup import EffectiveRangeWarning, Setup
+    from bem.lab.setup import EFFECTIVE_TABOR, EffectiveRangeWarning, Setup
     from bem.lab.units import readable
 
     gaps: dict[str, Any] = {} if gap is None else {"equilibrium_gap": gap}
     solid: dict[str, Any] = solid_of(material, modulus, poisson_ratio, retardation_time)
-    setup = Setup(radius=radius, work_of_adhesion=work_of_adhesion, **solid, **gaps)
+    setup = Setup(radius=radius, work_of_adhesion=work_of_adhesion, largest_tabor=EFFECTIVE_TABOR, **solid, **gaps)
     protocol = setup.protocol(
         peak_indentation=peak_indentation,
         loading_rate=loading_rate,

@@ -9,10 +9,11 @@ import pytest
 
 import bem
 from bem import HardContact, Scene
+from bem.problem.effects import Effects, choices, reduced
 from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.problem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.problem.scene import SMALLEST_TABOR
-from bem.recommendation import Effects, choices, difference, operations, recommend, reduced
+from bem.recommendation import difference, operations, recommend
 from tests.processes import ROOT
 from tests.validation.cases import drawn_from_the_papers_box
 
@@ -84,21 +85,6 @@ def test_any_history_will_do():
     advice = recommend(Scene(1.0, SLS), cycles, 0.1)
     assert advice.protocol is cycles
     assert advice.effects.terms == 1
-
-
-def test_the_choices_of_a_scene():
-    assert [str(effects) for effects in choices(Scene(1.0))] == ["elastic, without adhesion", "elastic, adhesive"]
-    assert len(choices(Scene(1.0, adhesion=HardContact()))) == 1
-    two = [str(effects) for effects in choices(Scene(1.0, PronySeries([0.2, 0.2], [1.0, 2.0])))]
-    assert two[0] == "elastic glassy, without adhesion"
-    assert two[-1] == "viscoelastic, adhesive"
-    assert two.count("1 of 2 terms, adhesive") == 2
-    every = choices(Scene(1.0, SLS, spring=2.0))
-    assert len(every) == 2 * len(choices(Scene(1.0, SLS)))
-    assert every[-1] == Effects(adhesion=True, first=0, last=1, of=1, spring=True)
-    assert every[-1].count == 3
-    frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), ramp(900.0, 1.0), Effects(True, 0, 0, 1, True))
-    assert frozen.spring == 2.0  # force and indentation keep their units
 
 
 def test_peak_below_contact_is_a_protocol():

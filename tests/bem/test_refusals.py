@@ -65,10 +65,10 @@ def each(call, name, message, *values):
 
 
 REFUSED = [
-    *each(scene, "tabor", f"tabor {NUMBER} at least 1e-06 and at most 10000", 0, np.nan, np.inf, 1e5, "3"),
+    *each(scene, "tabor", f"tabor {NUMBER} at least 1e-06 and at most 1e\\+07", 0, np.nan, np.inf, 1e8, "3"),
     *each(scene, "material", r"material must be one of Elastic\(\.\.\.\), ", "rubber", None, Elastic, HardContact()),
     *each(scene, "adhesion", "adhesion must be one of LennardJones", Elastic(), "none", ConstantStress, TractionLaw),
-    *each(scene, "spring", r"spring must be .* at least 1e-06 and at most 1e\+12", 0.0, np.nan, -np.inf, 1e13, True),
+    *each(scene, "spring", r"spring must be .* at least 1e-12 and at most 1e\+12", 0.0, np.nan, -np.inf, 1e13, True),
     *each(StandardLinearSolid, "modulus_ratio", RATIO, 0, 1.1, "soft"),
     *each(ConstantStress, "width", rf"width {NUMBER} at least 0\.05 and at most 1", 0.01, 2.0, "wide", True),
     *each(cycle, "loading_rate", f"loading_rate {SPEED}", 0.0, -1.0, np.nan, np.inf, 1e13, "fast"),

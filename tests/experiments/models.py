@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from experiments.measurements.cases import Hidden
+from experiments.cases import Hidden
 
 DRAW = Hidden.draw
 RECIPE = {"name": "swift", "batch_size": 20}

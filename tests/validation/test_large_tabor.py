@@ -6,7 +6,6 @@ import pytest
 from bem import PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.methods.boundary_elements.meshes import master_grid
 from bem.methods.closed_forms import jkr, persson_brener
-from experiments.paper.persson_brener import beta_over_length_scale
 from tests.validation.cases import completed, ramps
 
 MOVING = 20  # nodes; so that every contact has a grid that moves
@@ -70,7 +69,7 @@ def test_slow_crack_is_persson_brener_at_30():
     chosen = np.linspace(1.04 * radius[-1], 0.95 * radius[0], 20)
     force = trajectory.at(np.interp(-chosen, -radius, trajectory.time))
     near = np.interp(np.stack([0.97, 1.03])[:, None] * chosen, radius[::-1], trajectory.time[::-1])
-    velocity = 0.06 * chosen / (near[0] - near[1]) * beta_over_length_scale(mu)
+    velocity = 0.06 * chosen / (near[0] - near[1]) * persson_brener.beta_over_length_scale(mu)
     work = np.pi * (force + 4.0 * chosen**3 / (3.0 * np.pi)) ** 2 / (8.0 * chosen**3)
     assert np.abs(work / persson_brener.effective_energy(velocity, ratio) - 1.0).max() < 0.03
     assert np.ptp(np.log(velocity)) > 0.3

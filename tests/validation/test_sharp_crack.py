@@ -15,7 +15,6 @@ from bem import (
 )
 from bem.methods.closed_forms import jkr, persson_brener
 from bem.methods.sharp_crack import march_crack
-from experiments.paper.persson_brener import beta_over_length_scale
 from tests.validation.cases import ramps
 
 SOLID = StandardLinearSolid(0.1)
@@ -91,7 +90,7 @@ def test_slow_opening_is_persson_brener():
     chosen = np.linspace(1.05 * radius[-1], 0.95 * radius[0], 15)
     force = np.interp(-chosen, -radius, records["force"])
     near = np.interp(np.stack([0.98, 1.02])[:, None] * chosen, radius[::-1], time[::-1])
-    velocity = 0.04 * chosen / (near[0] - near[1]) * beta_over_length_scale(tabor)
+    velocity = 0.04 * chosen / (near[0] - near[1]) * persson_brener.beta_over_length_scale(tabor)
     work = np.pi * (force + 4.0 * chosen**3 / (3.0 * np.pi)) ** 2 / (8.0 * chosen**3)
     assert work.max() > 1.5
     assert np.abs(work / persson_brener.effective_energy(velocity, K) - 1.0).max() < 0.04
@@ -115,3 +114,35 @@ def test_boundary_elements_agree(scene, protocol):
     assert 0.005 < error < 0.05
     assert result.records["force"][unloading].max() == pytest.approx(expected.pull_off_force, rel=error)
     assert loop(result.records) == pytest.approx(expected.hysteresis, rel=error)
+
+
+@pytest.mark.parametrize("tabor", [100.0, 1000.0])
+def test_elastic_contacts_follow_their_curve(tabor):
+    path = ramps(2.0 * tabor, tabor, 0.5, tabor, -4.0 * tabor)
+    curve, (result, _) = simulate(Scene(tabor), path, 1e-3), march_crack(Scene(tabor), path.history(tabor))
+    assert curve.stats.method == "elastic branch"
+    assert result.records["force"].max() == pytest.approx(curve.pull_off_force, rel=1e-3)
+    assert loop(result.records) == pytest.approx(curve.hysteresis, rel=2e-3)
+    for own, other in zip(result.jumps["indentation"], curve.jumps, strict=True):
+        assert own == pytest.approx(other.indentation, rel=2e-3)
+
+
+@pytest.mark.parametrize("tabor", [1e4, 1e7])
+def test_the_softest_elastic_contacts_are_those_of_jkr(tabor):
+    trajectory = simulate(Scene(tabor), ramps(2.0 * tabor, tabor, 0.5, tabor, -4.0 * tabor))
+    assert trajectory.completed
+    assert trajectory.stats.method == "sharp crack"
+    assert trajectory.pull_off_force == pytest.approx(jkr.PULL_OFF_FORCE, rel=1e-4)
+    assert trajectory.jumps[-1].indentation == pytest.approx(float(jkr.fold_indentation(tabor)), rel=2e-3)
+    assert trajectory.stats.memory_vectors == 0
+
+
+def test_strains_left_at_rest_open_an_edge():
+    """A contact that has just been pressed: they open the zone of a fast edge without any pull."""
+    scene = Scene(29.0, StandardLinearSolid(0.042), Exponential())
+    path = PiecewiseLinearProtocol([0.0, 0.271, 0.38, 1.042], 29.0 * np.array([-2.145, 0.816, 0.816, -4.29]))
+    result, error = march_crack(scene, path)
+    meshed = simulate(scene, path, 5e-3, profiles=[1.042])
+    assert meshed.stats.method == "boundary elements"
+    assert result.records["force"].max() == pytest.approx(meshed.pull_off_force, rel=1.5 * error)
+    assert result.records["contact_radius"][-1] == 0.0

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from bem._support.jit import uncompiled
 from bem.methods.boundary_elements.extrapolation import Scales
+from bem.methods.boundary_elements.following import Discretisation
 from bem.methods.boundary_elements.influence.on_any_nodes import kernel_series
 from bem.methods.boundary_elements.influence.triangles import require_mesh
 from bem.methods.boundary_elements.meshes.cohesive_zone import edge_resistance, largest_contact_radius
-from bem.methods.boundary_elements.meshes.following import Discretisation
 from bem.methods.boundary_elements.meshes.master_grid import master_grid, moves, widened
 from bem.methods.boundary_elements.meshes.mesh import fixed_mesh, no_mesh
 from bem.methods.closed_forms import hertz, jkr
@@ -92,13 +92,7 @@ def problem_of(
         mesh = np.linspace(0.0, 1.15 * pressed, math.ceil(1.15 / (_HARD_EDGE * controls.edge_spacing)) + 2)
     radii = np.zeros(0)
     if mesh is not None:
-        radii = require_mesh(mesh)
-        contact = pressed if hard else largest_contact_radius(deepest, tabor, shape)
-        if radii[-1] <= contact:
-            raise ValueError(
-                f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
-                f"{radii[-1]:.4g}"
-            )
+        radii = _beyond(pressed if hard else largest_contact_radius(deepest, tabor, shape), mesh)
     own_mesh = no_mesh() if mesh is None else fixed_mesh(tabor, radii, strengths.size > 0)
     grid = own_mesh.grid
     if mesh is None:
@@ -134,6 +128,17 @@ def problem_of(
         least_force=least_force(scene, deepest),
         audit=audit,
     )
+
+
+def _beyond(contact: float, mesh: ArrayLike) -> np.ndarray:
+    """The radii (n,) of a mesh that reaches beyond a contact radius."""
+    radii = require_mesh(mesh)
+    if radii[-1] <= contact:
+        raise ValueError(
+            f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
+            f"{radii[-1]:.4g}"
+        )
+    return radii
 
 
 def least_force(scene: Scene, deepest: float) -> float:

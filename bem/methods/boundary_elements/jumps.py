@@ -15,6 +15,7 @@ from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.methods.boundary_elements.discrete_problem import Problem
 from bem.methods.boundary_elements.equilibrium import residual_of, solve_nonadhesive
+from bem.methods.boundary_elements.following import select_mesh
 from bem.methods.boundary_elements.gap_equation import (
     has_flown_off,
     influence_of,
@@ -24,7 +25,6 @@ from bem.methods.boundary_elements.gap_equation import (
     state_under,
 )
 from bem.methods.boundary_elements.meshes.cohesive_zone import edge_width
-from bem.methods.boundary_elements.meshes.following import select_mesh
 from bem.methods.boundary_elements.meshes.master_grid import moves
 from bem.methods.boundary_elements.meshes.regrid import Remembered, carried
 from bem.methods.boundary_elements.state import State, edge_left_window, energy_of, transfer

@@ -13,6 +13,7 @@ from bem._support.jit import kernel
 from bem.methods.boundary_elements.meshes.cohesive_zone import contact_edge, nonadhesive_edge
 from bem.methods.boundary_elements.meshes.mesh import Mesh
 from bem.methods.boundary_elements.meshes.regrid import cubic
+from bem.methods.records import Records, with_room
 from bem.problem.tractions import Interface, deviation, force_of, stored_energy, traction_at
 from bem.problem.tractions.pressed import pressed_below, pressed_gap_of
 
@@ -44,6 +45,20 @@ def energy_of(interface: Interface, state: State) -> float:
     """Energy stored in an elastic contact, in h0 pi R dgamma."""
     mesh = state.mesh
     return stored_energy(interface, mesh.radii, mesh.force_weights, state.depth, state.gap, state.traction)
+
+
+@kernel
+def with_profile(records: Records, state: State) -> Records:
+    """The records with the profile of one more state."""
+    filled, profiles = records.filled, records.profiles
+    for i in range(state.gap.size):
+        profiles = with_room(profiles, filled[2])
+        row = profiles[filled[2]]
+        row["number"], row["indentation"], row["force"] = filled[3], state.depth, state.force
+        row["radius"], row["gap"], row["traction"] = state.mesh.radii[i], state.gap[i], state.traction[i]
+        filled[2] += 1
+    filled[3] += 1
+    return Records(records.states, records.jumps, profiles, filled)
 
 
 @kernel

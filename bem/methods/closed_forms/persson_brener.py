@@ -71,3 +71,8 @@ def length_scale(tabor: ArrayLike, *, radius_over_gap: float = 100.0, alpha: flo
     """
     stress = 9.0 * np.sqrt(3.0) / 16.0
     return stress**2 * np.sqrt(radius_over_gap) / (np.asarray(tabor, dtype=np.float64) ** 1.5 * np.pi * alpha**2)
+
+
+def beta_over_length_scale(tabor: float) -> float:
+    """Ratio of the contact's unit of length, beta, to the theory's, l0, whatever the radius over the gap."""
+    return float(np.sqrt(100.0 * tabor) / length_scale(tabor))

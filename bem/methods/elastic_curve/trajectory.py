@@ -302,7 +302,7 @@ def _covers(points: np.ndarray, device: LoadingDevice, control: float) -> bool:
 def march_elastic(
     scene: Scene, path: Path, accuracy: Accuracy, times: np.ndarray, controls: np.ndarray, most_work: float
 ) -> MarchResult:
-    """Follow a protocol of an elastic contact with adhesion, as `march` of `time_stepping` does.
+    """Follow a protocol of an elastic contact with adhesion, as `bem.methods.boundary_elements.history.march` does.
 
     Args:
         scene: without memory, with adhesion.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.methods.sharp_crack.edge_law import (
+from bem.methods.sharp_crack.edge_tables import (
     EdgeLaw,
     aged_toughness,
     closing_toughness,
@@ -26,6 +26,7 @@ from bem.methods.sharp_crack.tail import strain_ahead
 _LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
 _GROWTH = 2.5  # of the travel that is tried
 _HALVINGS, _PRECISION = 45, 1e-5
+_LEAST_TOUGHNESS = 1e-6
 CELLS = 4  # between nodes behind the edge, whose weights a state has
 
 
@@ -129,8 +130,10 @@ def excess(contact: Contact, opening: Opening, radius: float) -> float:
     pull = max(_pull_at(contact, opening, radius), 0.0)
     speed = (opening.radius - radius) * unit / opening.dt
     moved = 1.0 / aged_toughness(law, speed, opening.age) - k
-    started = 1.0 / started_toughness(law, (opening.rest_radius - radius) * unit, opening.strain, opening.closed) - k
-    toughness = 1.0 / (k + moved + started - moved * started / (1.0 - k))
+    run = (opening.rest_radius - radius) * unit
+    # What was left at the place of rest may open the edge of itself, without any pull.
+    started = 1.0 / max(started_toughness(law, run, opening.strain, opening.closed), _LEAST_TOUGHNESS) - k
+    toughness = 1.0 / (k + moved + started * max(1.0 - moved / (1.0 - k), 0.0))
     toughness = min(toughness, aged_toughness(law, speed, opening.bond))
     wake = wake_share(radius, pull, surface(radius, opening.depth) - opening.around)
     factor = finite_zone(law, toughness, radius, contact.tabor, opening.growth, wake)[0]

@@ -2,7 +2,8 @@
 
 A device prescribes the depth, the stage behind a spring, depth - compliance * force, or the compression. All three grow
 with the depth of a stable contact; with a spring or a prescribed force each step seeks the depth at which they have the
-value that the history takes. A step is halved while the edge opens by more than half a per cent of its radius in it.
+value that the history takes. A step is halved while the edge opens by more than half a per cent of its radius in it, or
+contact begins in it.
 
 Units: as in `bem.methods.sharp_crack.far_field`.
 """
@@ -81,10 +82,10 @@ def _settled(
     """The contact at a later time in balance with its device, in the arrays of `new`, and whether there is one."""
     work[ITERATIONS] += 1
     if not device.by_force and device.compliance == 0.0:
-        return advance(contact, old, time, value, new), True
+        return advance(contact, old, time, value, (value - old.depth) / (time - old.time), new), True
     enough = _BALANCED * (1.0 + abs(value))
     low = old.depth + rate * (time - old.time)
-    state = advance(contact, old, time, low, new)
+    state = advance(contact, old, time, low, rate, new)
     low_excess = _excess(contact, law, device, state, value)
     if abs(low_excess) <= enough:
         return state, True
@@ -96,7 +97,7 @@ def _settled(
         low, low_excess = high, high_excess
         high, width = low + towards * width, 2.5 * width
         work[ITERATIONS] += 1
-        state = advance(contact, old, time, high, new)
+        state = advance(contact, old, time, high, rate, new)
         high_excess = _excess(contact, law, device, state, value)
         if high_excess * low_excess <= 0.0:
             break
@@ -109,7 +110,7 @@ def _settled(
         if trial % 4 != 3:
             middle = high - high_excess * (high - low) / (high_excess - low_excess)
         work[ITERATIONS] += 1
-        state = advance(contact, old, time, middle, new)
+        state = advance(contact, old, time, middle, rate, new)
         excess = _excess(contact, law, device, state, value)
         if excess * high_excess < 0.0:
             low, low_excess = high, high_excess
@@ -164,7 +165,8 @@ def follow(
         new, balanced = _settled(contact, law, device, old, time, value, rate, spare, work)
         work[MULTIPLY_ADDS] += cost * (work[ITERATIONS] - before)
         run = (old.radius - new.radius) / max(old.radius, 1e-9)
-        if (run > _MOST_RUN or not balanced) and part > _SHORTEST:
+        snaps_in = old.radius == 0.0 and new.radius > 0.0
+        if (run > _MOST_RUN or snaps_in or not balanced) and part > _SHORTEST:
             part *= 0.5
             work[REJECTIONS] += 1
         elif not balanced:

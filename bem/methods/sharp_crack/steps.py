@@ -22,7 +22,7 @@ from bem.methods.sharp_crack.edge import (
     total_of,
     wake_share,
 )
-from bem.methods.sharp_crack.edge_law import (
+from bem.methods.sharp_crack.edge_tables import (
     ZONE_LENGTH,
     aged_toughness,
     closing_toughness,
@@ -151,33 +151,32 @@ def _weigh(contact: Contact, width: float, speed: float, far: float, weights: np
 
 
 @kernel
-def advance(contact: Contact, old: State, time: float, depth: float, new: State) -> State:
-    """The contact at a later `time` and `depth`, in the arrays of `new`; `old` is kept."""
+def _opening(contact: Contact, old: State, new: State, time: float, depth: float, count: int) -> Opening:
+    """What pulls the edge open, after all strains have relaxed with it at its place."""
+    edge, ratio = old.radius, contact.relaxation.ratio
+    pull = (surface(edge, depth) - total_of(new.inner)) / ratio if edge > 0.0 else 0.0
+    strain = (total_of(new.inner) - total_of(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
+    around, outside = 0.0, min((1.0 + _AROUND) * edge, contact.radii[-1])
+    for i in range(new.outer.size):
+        around += strain_outside(contact, new, count, edge, outside, i)
+    dt, rested, bonded = time - old.time, time - old.left_rest, time - old.bonded
+    growth = _growth(contact, edge, pull, count)
+    return Opening(depth, edge, pull, count, dt, rested, old.rest_radius, strain, old.closed, bonded, growth, around)
+
+
+@kernel
+def advance(contact: Contact, old: State, time: float, depth: float, rate: float, new: State) -> State:
+    """The contact at a later `time` and `depth`, in the arrays of `new`; `old` is kept.
+
+    `rate` is that of the depth, by which surfaces that approach jump into contact.
+    """
     radii, law, unit, edge, dt = contact.radii, contact.law, contact.tabor**2, old.radius, time - old.time
     ratio = contact.relaxation.ratio
     count = _relaxed(contact, old, time, depth, new)
     radius, bonded, closed, rest_radius = edge, old.bonded, old.closed, old.rest_radius
     mark, next_mark = old.mark, old.next_mark
-    pull = (surface(edge, depth) - total_of(new.inner)) / ratio if edge > 0.0 else 0.0
-    strain = (total_of(new.inner) - total_of(new.rest)) / np.sqrt(0.5 * max(edge, 1e-9))
-    growth = _growth(contact, edge, pull, count)
-    around = 0.0
-    for i in range(new.outer.size):
-        around += strain_outside(contact, new, count, edge, min((1.0 + _AROUND) * edge, radii[-1]), i)
-    opening = Opening(
-        depth,
-        edge,
-        pull,
-        count,
-        dt,
-        time - old.left_rest,
-        rest_radius,
-        strain,
-        closed,
-        time - old.bonded,
-        growth,
-        around,
-    )
+    opening = _opening(contact, old, new, time, depth, count)
+    pull, growth, around = opening.pull, opening.growth, opening.around
     # What closes opens only where it is pulled more and more, and what has begun to open closes only where it is not.
     opens, pulled = edge < rest_radius, pull * ratio > surface(edge, old.depth) - total_of(old.inner)
     if edge > 0.0 and pull > 0.0 and (opens or pulled) and excess(contact, opening, edge) > 0.0:
@@ -188,7 +187,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, new: State)
         mark = next_mark = (radius, time)
     elif edge > 0.0 and opens and pulled:
         radius = edge
-    elif edge > 0.0 or depth >= snap_in(contact, new, (depth - dent(new) - old.depth + dent(old)) / dt):
+    elif edge > 0.0 or depth >= snap_in(contact, new, rate - (dent(new) - dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
         radius = closed_radius(contact, new, count, edge, mark, time, depth)

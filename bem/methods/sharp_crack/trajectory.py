@@ -1,4 +1,4 @@
-"""The trajectory of a soft viscoelastic contact by its edge, a crack with a process zone.
+"""The trajectory of a soft contact by its edge, a crack with a process zone.
 
 Units outside: as in `bem.results.trajectory`; inside: as in `bem.methods.sharp_crack.far_field`, depths in mu h0.
 """
@@ -15,11 +15,13 @@ from bem.methods.outcomes import COMPLETED, DETACHED
 from bem.methods.physical_bounds import within_bounds
 from bem.methods.records import MOST_WORK, MarchResult, new_records, new_work, next_slice
 from bem.methods.sharp_crack.edge import Contact, State, new_state
-from bem.methods.sharp_crack.edge_law import EdgeLaw, edge_law, finite_zone
+from bem.methods.sharp_crack.edge_law import edge_law
+from bem.methods.sharp_crack.edge_tables import EdgeLaw, finite_zone
 from bem.methods.sharp_crack.far_field import new_step, relaxation_of, surface
 from bem.methods.sharp_crack.march import Device, Progress, follow
 from bem.methods.sharp_crack.tail import ZONE_LENGTH, tail_of
 from bem.methods.sharp_crack.zone import press, zone_nodes
+from bem.problem.materials import PronySeries
 from bem.problem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.problem.scene import Scene
 from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
@@ -28,6 +30,7 @@ _NODES = 1000
 _STEPS = 600
 _FIRST = np.geomspace(1e-7, 1.0, 26)[:-1]  # steps after a corner, over the steps that follow
 _HELD = np.geomspace(1e-6, 1.0, 200)  # of a dwell
+_ELASTIC = PronySeries([1e-12], [1.0])  # a term that does nothing, so that one set of steps is for all solids
 _RADII, _SMALLEST = 4000, 1e-3  # of contacts at the start, and the smallest of them
 ZONE_ERROR, STEP_ERROR = 0.25, 1.5e-3
 """Relative error by the finite zone, over the root of its length over the radius, and that by steps and nodes."""
@@ -41,8 +44,8 @@ class SharpCrack(NamedTuple):
 
 
 def is_sharp(scene: Scene) -> bool:
-    """Whether the method is for a scene: a viscoelastic one with adhesion and a paraboloid."""
-    return not isinstance(scene.adhesion, HardContact) and scene.material.strengths.size > 0 and scene.indenter is None
+    """Whether the method is for a scene: one with adhesion and a paraboloid."""
+    return not isinstance(scene.adhesion, HardContact) and scene.indenter is None
 
 
 def march_crack(
@@ -53,7 +56,7 @@ def march_crack(
     most_work: float = MOST_WORK,
     fineness: int = 1,
 ) -> SharpCrack:
-    """Follow a viscoelastic scene with adhesion.
+    """Follow a scene with adhesion.
 
     Args:
         scene: of any Tabor parameter, though the method is exact at large ones; see `expected_error`.
@@ -66,25 +69,24 @@ def march_crack(
         the history, whose outcome says where it breaks a physical bound, and its expected relative error.
 
     Raises:
-        ValueError: for an elastic scene, one without adhesion or with another indenter.
+        ValueError: for a scene without adhesion or with another indenter.
         ZoneError: where no process zone is found.
     """
     adhesion = scene.adhesion
     if isinstance(adhesion, HardContact) or not is_sharp(scene):
-        raise ValueError(f"a sharp crack needs a viscoelastic solid, adhesion and a paraboloid; received {scene}")
-    deepest = deepest_indentation(scene, path)
-    contact = _contact_of(scene.tabor, edge_law(adhesion, scene.material), deepest / scene.tabor, _NODES * fineness)
+        raise ValueError(f"a sharp crack needs adhesion and a paraboloid; received {scene}")
+    deepest, material = deepest_indentation(scene, path), scene.material
+    if not material.strengths.size:
+        material = _ELASTIC
+    contact = _contact_of(scene.tabor, edge_law(adhesion, material), deepest / scene.tabor, _NODES * fineness)
     times, law = np.array(path.times), law_of(adhesion)
     if isinstance(path, ForceProtocol):
         device, values = Device(0.0, True), -path.forces
     else:
         compliance = 0.0 if scene.spring is None else 1.0 / (scene.spring * scene.tabor)
         device, values = Device(compliance, False), path.indentations / scene.tabor
-    terms, work, begin = (
-        scene.material.strengths.size,
-        uncompiled(new_work)(most_work),
-        (float(times[0]), float(values[0])),
-    )
+    terms, work = material.strengths.size, uncompiled(new_work)(most_work)
+    begin = float(times[0]), float(values[0])
     first, spare = (uncompiled(new_state)(contact.radii.size, terms, *begin) for _ in range(2))
     first, balanced = _start(contact, device, first, glassy)
     outcome, records, zone = DETACHED, uncompiled(new_records)(), 0.0
@@ -96,7 +98,8 @@ def march_crack(
         outcome, records, zone = progress.outcome, progress.records, progress.zone
     states, jumps = records.states[: records.filled[0]].copy(), records.jumps[: records.filled[1]].copy()
     steps = np.histogram(np.unique(states["time"])[1:], np.nextafter(times, np.inf))[0]
-    result, error = MarchResult(states, jumps, work, steps, np.zeros(2), outcome), expected_error(zone, fineness)
+    energies, error = np.full(2, np.nan), expected_error(zone, fineness)
+    result = MarchResult(states, jumps, work, steps, energies, outcome)
     return SharpCrack(within_bounds(result, scene, least_force(scene, deepest), np.nan_to_num(error)), error)
 
 

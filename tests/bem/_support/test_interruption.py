@@ -12,13 +12,13 @@ import pytest
 
 import bem
 from bem.methods import paper_method, records
-from bem.methods.boundary_elements import time_stepping
+from bem.methods.boundary_elements import history
 from bem.methods.elastic_curve import branch as elastic_branch
-from bem.methods.without_adhesion import hard_contact
+from bem.methods.without_adhesion import viscoelastic_history
 from tests.processes import ROOT
 
 HANG = 600.0  # seconds after which a program that should end is taken to hang
-SOFT, SLICED = bem.StandardLinearSolid(0.1), (time_stepping, elastic_branch, hard_contact, paper_method)
+SOFT, SLICED = bem.StandardLinearSolid(0.1), (history, elastic_branch, viscoelastic_history, paper_method)
 CYCLE = bem.LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
 TWICE = bem.PiecewiseLinearProtocol([0.0, 1.0, 2.0, 3.0], [-1.0, 2.0, -1.0, 2.0])
 WAYS = {

@@ -30,18 +30,19 @@ def simulated(*flags, command="simulate", **changes):
 
 
 def test_radius_gives_si_units_and_json(tmp_path):
-    result = simulated(csv=tmp_path / "a.csv")
+    assert "effective" not in simulated().output
+    result = simulated(csv=tmp_path / "a.csv", largest_tabor=3)
     assert "still attached at the end" in result.output
     assert "the pull-off force depends on the effective range" in result.output
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
     assert curve.indentation.max() == pytest.approx(3e-7)
-    summary = json.loads(simulated("--json").stdout)
+    summary = json.loads(simulated("--json", largest_tabor=3).stdout)
     np.testing.assert_allclose(summary["force"], curve.force, rtol=1e-8)
     assert (summary["force_sign"], summary["detached"]) == ("tension", False)
     assert summary["pull_off_force"] == pytest.approx(curve.pull_off_force)
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
-    units |= {"loading_rate": "2um/s", "retardation_time": "100ms", "csv": tmp_path / "a.csv"}
+    units |= {"loading_rate": "2um/s", "retardation_time": "100ms", "csv": tmp_path / "a.csv", "largest_tabor": 3}
     assert simulated(command="simulate-si", **units).stdout == result.stdout
 
 
@@ -94,7 +95,7 @@ OPTIONS = {
     [
         ("simulate", {"radius": "-1"}, "radius must be a finite number greater than 0"),
         ("simulate", {"radius": "many"}, "radius must be a length, such as '50 um'; received 'many'"),
-        ("simulate", {"unloading_rate": "-1e-6"}, "(in 86.67 nm and 100 ms)"),
+        ("simulate", {"unloading_rate": "-1e-6"}, "(in 300 pm and 100 ms)"),
         ("simulate", {"plot": "a.doc"}, "Expected an output file called .png"),
         ("simulate", {"force_sign": "up"}, "--force-sign must be 'tension' or 'compression'"),
         (

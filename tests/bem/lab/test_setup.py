@@ -111,7 +111,7 @@ def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
         ({"material": "rubber"}, "material must be one of Elastic"),
         ({"relaxed_modulus": None}, "relaxed_modulus must be a pressure, such as '2 MPa'; received None"),
         ({"relaxed_modulus": np.nan}, "relaxed_modulus must be a finite number greater than 0; received nan"),
-        ({"largest_tabor": 1e5}, "largest_tabor must be a finite number"),
+        ({"largest_tabor": 1e8}, "largest_tabor must be a finite number"),
         ({"equilibrium_gap": 1.0}, "the Tabor parameter of a setup must be at least 1e-06"),
         *(({"stiffness": value}, "stiffness must be") for value in (0.0, -1.0, np.nan, "soft")),
         ({"material": StandardLinearSolid(0.2)}, "must be given for a StandardLinearSolid; received None"),
@@ -183,7 +183,7 @@ def test_a_weight_in_newtons():
 
 
 def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
-    bead = ELASTIC_BEAD.replaced(stiffness=30.0)
+    bead = ELASTIC_BEAD.replaced(stiffness=30.0, largest_tabor=3.0)
 
     pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
     assert bead.range_sensitivity(pulled) < 0.05
@@ -207,5 +207,5 @@ def test_a_curve_in_newtons_is_drawn_as_a_trajectory_is():
     pressed, words = curve.with_sign("compression"), ("pull-off", "largest tension", "not detached; largest tension")
     for detached, said in zip((True, None, False), words, strict=True):
         ended = dataclasses.replace(pressed, contact_radius=None, detached=detached).plot().axes[0]
-        assert [text.get_text() for text in ended.texts] == [f"{said} 12.18 µN"]
+        assert [text.get_text() for text in ended.texts] == [f"{said} 11.78 µN"]
         assert "compression positive" in ended.get_ylabel()

@@ -9,9 +9,10 @@ import pytest
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem._support.text_files import plain, read_json
 from bem.dataset.file import load_dataset
+from experiments import cases
+from experiments.cases import held_out
 from experiments.common import dataset_digest
-from experiments.measurements import accuracy_cost, cases, closed_forms, tools
-from experiments.measurements.cases import held_out
+from experiments.measurements import accuracy_cost, closed_forms, tools
 from experiments.measurements.closed_forms import Form
 from experiments.measurements.statistics import force_error
 from experiments.trainings import training_costs

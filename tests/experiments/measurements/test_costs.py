@@ -1,6 +1,7 @@
 """What commands cost, on small and made-up cases."""
 
-from experiments.measurements import harness, limits
+from experiments import harness
+from experiments.measurements import limits
 
 
 def test_seconds_are_of_the_command_alone():

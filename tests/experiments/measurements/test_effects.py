@@ -5,8 +5,8 @@ import types
 import numpy as np
 import pytest
 
-from bem import ForceProtocol, LoadingProtocol, Scene, simulate
-from experiments.measurements import effect_pairs, effects, recommendations
+from bem import ForceProtocol, Scene, simulate
+from experiments.measurements import effect_pairs, effects
 from experiments.measurements.effect_pairs import Effects
 
 KINDS = [f"{name}, {solid}" for name in ("DMT-like", "JKR-like") for solid in ("elastic", "one relaxation")]
@@ -54,25 +54,3 @@ def test_scenes_complete_and_reach_the_peak(effects):
         assert trajectory.max_compression == pytest.approx(min(protocol.forces), rel=1e-3)
     elif effects.device == "stage":
         assert max(trajectory.indentation) == pytest.approx(effect_pairs.DEPTH)
-
-
-@pytest.mark.parametrize("name", recommendations.SAMPLES)
-def test_recommendations_are_checked(name):
-    (case,) = recommendations.sample(name, 1)
-    row = recommendations.checked(*case, 0.1, "force")
-    assert row["kept"] is (True if row["simplified"] else None)
-    summary = recommendations.summary([row])
-    assert (summary["cases"], summary["simplified"], summary["kept"]) == (1, row["simplified"], row["simplified"])
-
-
-def test_summary_counts_kept_recommendations():
-    full = {"simplified": False, "kept": None, "error": None, "ratio": None}
-    simple = {"simplified": True, "kept": True, "error": 0.01, "ratio": 0.5, "full_seconds": 1.0}
-    common = {"found_by": "estimate", "seconds": 0.1}
-    summary = recommendations.summary([full | common, simple | common, simple | common | {"kept": False, "ratio": 2.0}])
-    assert (summary["simplified"], summary["kept"], summary["slower"], summary["worst_error"]) == (2, 1, 1, 0.01)
-    assert recommendations.summary([full | common])["worst_error"] is None
-    ramps = {"peak_indentation": 5.0, "loading_rate": 2.0, "dwell_time": 1.0, "unloading_rate": 4.0}
-    loads = recommendations.two_loads(LoadingProtocol(**ramps), 1.0, 0.5)
-    assert np.diff(loads.indentations) / np.diff(loads.times) == pytest.approx([2.0, -4.0, 2.0, -4.0])
-    assert loads.indentations[1:4].tolist() == [5.0, 2.5, 5.0]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.measurements.cases import drawn, rows_of
+from experiments.cases import drawn, rows_of
 from experiments.measurements.speed import ROOT, Solver, checkout, compared
 
 

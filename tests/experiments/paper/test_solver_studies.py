@@ -10,10 +10,10 @@ import pytest
 
 from bem.methods.closed_forms import persson_brener as theory
 from experiments import common
+from experiments import harness as timing
+from experiments.cases import Case
 from experiments.common import CONFIGS, MODELS, read_config, read_result
 from experiments.measurements import canonical_times
-from experiments.measurements import harness as timing
-from experiments.measurements.cases import Case
 from experiments.paper import adopted_settings, canonical_regimes, persson_brener
 from experiments.paper.inconsistencies import SLIPS
 from experiments.paper_numbers import paper_rows
@@ -105,7 +105,7 @@ def test_edge_velocity_of_a_known_history():
 def test_length_scale_and_deviations():
     beta_over_gap = np.sqrt(3.24 * 100.0)
     assert theory.length_scale(3.24) == pytest.approx(4.252, rel=1e-3)
-    assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
+    assert theory.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
     summary = persson_brener.summary([dict.fromkeys(POINT, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
     assert summary["solver_against_theory_median_percent"] == pytest.approx(10.0)
     assert summary["solver_against_theory_largest_percent"] == pytest.approx(300.0)
@@ -132,7 +132,7 @@ def test_solver_follows_crack_theory():
     protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
     assert len(protocols) == 14
     trajectory = Case.of(protocols[7]).simulated("standard")
-    own = persson_brener.edge_velocity(trajectory, 0.01) * persson_brener.beta_over_length_scale(3.24)
+    own = persson_brener.edge_velocity(trajectory, 0.01) * theory.beta_over_length_scale(3.24)
     assert own == pytest.approx(protocols[7]["crack_velocity"], rel=0.05)
     assert trajectory.pull_off_force / 1.5 == pytest.approx(float(theory.effective_energy(own, 0.1)), rel=0.05)
 

@@ -8,7 +8,7 @@ import pytest
 from bem import ForceProtocol, LoadingProtocol, simulate
 from bem.methods.closed_forms import jkr
 from bem.problem.accuracy import resolve_accuracy
-from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.cases import Case, drawn, rows_of
 from experiments.robustness import hard_case_map, large_tabor, random_scenes
 from experiments.robustness.hard_case_map import relative_change
 

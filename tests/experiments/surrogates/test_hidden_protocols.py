@@ -3,7 +3,7 @@ import pytest
 
 from bem import simulate
 from bem.dataset.designs import PAPER_RANGES
-from experiments.measurements.cases import EDGES, Case, Hidden, regions
+from experiments.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import errors_by_place, measurement_steps, outside_ranges, ways_to_call
 from tests.experiments.models import DRAW, shallow

@@ -3,7 +3,7 @@
 import pytest
 
 from experiments.common import dataset_digest
-from experiments.paper.model_comparison import epoch_seconds, minutes_to, read_model
+from experiments.published_models import epoch_seconds, minutes_to, read_model
 from experiments.trainings import training_costs
 from tests.experiments import models
 from tests.surrogate.conftest import build_least

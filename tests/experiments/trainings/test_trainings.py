@@ -10,7 +10,7 @@ import typer
 
 from bem.dataset.campaign import Campaign
 from bem.dataset.measurement_steps import PHYSICAL
-from experiments.measurements.cases import Hidden
+from experiments.cases import Hidden
 from experiments.surrogates.measurement_steps import READINGS
 from experiments.trainings import data_efficiency, feature_sets
 from experiments.trainings import variants as trainings

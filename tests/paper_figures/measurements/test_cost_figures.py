@@ -6,6 +6,7 @@ from paper_figures.measurements import (
     figure_amortisation,
     figure_measurement_floor,
     figure_peers,
+    figure_tabor_cost,
     figure_training_cost,
 )
 from paper_figures.style import drawing
@@ -63,6 +64,14 @@ def test_unresolved_errors_are_triangles():
     ]
     solver = [line for line in axes.lines if line.get_color() == figure_peers.STYLES["solver"]["color"]]
     assert [(line.get_marker(), line.get_markevery()) for line in solver] == [("o", []), ("v", None)]
+
+
+def test_stated_accuracies_are_open_markers():
+    common = {"seconds": {"median": 0.1}, "errors": {"median": 1e-3, "largest": 2e-3}, "methods": {"sharp crack": 1.0}}
+    rows = [common | {"tabor": tabor, "measured": tabor < 100.0} for tabor in (3.0, 30.0, 300.0)]
+    (axes,) = figure_tabor_cost.compose({"rows": rows}).axes
+    faces = [line.get_markerfacecolor() for line in axes.lines if line.get_marker() == "D" and len(line.get_xdata())]
+    assert [face == "white" for face in faces] == [False, False, True]
 
 
 def test_shares_above_an_error():

@@ -8,6 +8,7 @@ import pytest
 import surrogate
 from bem import LoadingProtocol, PronySeries, Scene, simulate
 from bem.lab import Setup
+from bem.lab.setup import EFFECTIVE_TABOR
 from bem.materials_library import load
 
 CYCLE = {
@@ -32,7 +33,9 @@ def test_material_of_the_library_in_newtons(program):
     assert code == 0
     found = json.loads(out)
     entry = load("polyurea_at_0c")
-    setup = Setup(**CONTACT, relaxed_modulus=entry.relaxed_modulus, material=entry.material)
+    setup = Setup(
+        **CONTACT, largest_tabor=EFFECTIVE_TABOR, relaxed_modulus=entry.relaxed_modulus, material=entry.material
+    )
     exact = setup.simulate(setup.protocol(**CYCLE), 1e-3, check_range=False)
     assert found["pull_off_force"] == pytest.approx(exact.pull_off_force, rel=0.02)
     assert found["tabor"] == pytest.approx(setup.physical_tabor)
@@ -48,7 +51,7 @@ def test_elastic_material_needs_no_time(program):
     code, out, err = program("predict", "any-solid", "--material", "sylgard_184", *words(soft), "--json")
     assert (code, err) == (0, "")
     entry = load("sylgard_184_cured_at_100c")
-    setup = Setup(**CONTACT, relaxed_modulus=entry.relaxed_modulus)
+    setup = Setup(**CONTACT, largest_tabor=EFFECTIVE_TABOR, relaxed_modulus=entry.relaxed_modulus)
     exact = setup.simulate(setup.protocol(**soft), 1e-3, check_range=False)
     assert json.loads(out)["pull_off_force"] == pytest.approx(exact.pull_off_force, rel=0.01)
     slower = words(soft | {"dwell_time": "1000s"})

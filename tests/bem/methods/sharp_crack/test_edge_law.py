@@ -5,11 +5,12 @@ import pytest
 
 from bem import StandardLinearSolid
 from bem.methods.closed_forms import persson_brener
-from bem.methods.sharp_crack import edge_law as tables
+from bem.methods.sharp_crack import edge_tables as tables
+from bem.methods.sharp_crack.edge_law import edge_law
 from bem.problem.tractions import ConstantStress, LennardJones
 
 SOLID = StandardLinearSolid(0.1)
-LAW = tables.edge_law(LennardJones(), SOLID)
+LAW = edge_law(LennardJones(), SOLID)
 
 
 def test_an_edge_at_rest_takes_the_work():
@@ -19,7 +20,7 @@ def test_an_edge_at_rest_takes_the_work():
 
 def test_opening_follows_persson_and_brener():
     """Its velocity is in its own length, of which only the scale is free."""
-    law = tables.edge_law(ConstantStress(), SOLID)
+    law = edge_law(ConstantStress(), SOLID)
     gamma = np.array([2.0, 3.0, 5.0, 7.0])
     speed = np.exp(np.interp(gamma, law.opening, law.log_speed))
     ratio = speed / persson_brener.crack_velocity(gamma, 0.1)
@@ -46,4 +47,4 @@ def test_slow_surfaces_snap_as_elastic_ones(tabor):
 
 
 def test_tables_are_kept():
-    assert tables.edge_law(LennardJones(), StandardLinearSolid(0.1)) is LAW
+    assert edge_law(LennardJones(), StandardLinearSolid(0.1)) is LAW

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from experiments.measurements import harness
-from experiments.measurements.harness import Clock, plain
+from experiments import harness
+from experiments.harness import Clock, plain
 from experiments.measurements.statistics import force_error, spread
 
 

@@ -1,9 +1,9 @@
 """The harness of all measurements: tools on cases, timed on one core, written in one format.
 
 A tool is a function from a case to an answer, an array. `run` calls it on every case and returns the answers and the
-processor seconds; each question (a module of this folder) lists its tools and cases and summarises them. A question is
-a function `study` that returns the content of its result; `python -m experiments` publishes it together with its
-command and provenance.
+processor seconds; each question (a module of `measurements/` or of a folder beside it) lists its tools and cases and
+summarises them. A question is a function `study` that returns the content of its result; `python -m experiments`
+publishes it together with its command and provenance.
 
 Times are processor seconds of whole calls on one thread. The first call, which loads compiled kernels, is not counted.
 If other programs compete for the core, processor seconds fall below wall seconds, and also exceed those of an idle
