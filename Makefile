@@ -211,6 +211,8 @@ $(SOLIDS)/broad_2.h5: CAMPAIGN = $(SPECTRA) broad --count 20000 --seed 174
 $(SOLIDS)/power.h5: CAMPAIGN = $(SPECTRA) power-law --count 8000 --seed 173
 $(SOLIDS)/fit_prony.h5: CAMPAIGN = $(SPECTRA) prony --count 10000 --seed 916
 $(SOLIDS)/fit_broad.h5: CAMPAIGN = $(SPECTRA) broad --count 2500 --seed 917
+$(SOLIDS)/fit_edges.h5: CAMPAIGN = $(SPECTRA) prony --count 4000 --seed 918
+$(SOLIDS)/fit_edges.h5: DESIGN = edges
 $(SOLIDS)/calibration_prony.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 3000 --seed 911
 $(SOLIDS)/calibration_broad.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 912
 $(SOLIDS)/calibration_power.h5: CAMPAIGN = $(SPECTRA) power-law $(TRUE) 1000 --seed 913
@@ -231,9 +233,9 @@ $(SOLIDS)/calibration_far.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 91
 TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power)
 PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
 SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
-FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad)
-any-solid: setup $(SPECTRA_OF) $(FITTED) $(TRUTH)  ## Train and publish `any-solid` (simulates 369,000 trajectories first), and judge it
-	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(LASTING)
+FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad edges)
+any-solid: setup $(SPECTRA_OF) $(FITTED) $(TRUTH)  ## Train and publish `any-solid` (simulates 373,000 trajectories first), and judge it
+	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(if $(EPOCHS),--epochs $(EPOCHS) $(EPOCHS))
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(FITTED) --calibrate $(TRUTH)
 	$(MAKE) judge-any-solid
 judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)

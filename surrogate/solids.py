@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from io import BytesIO
 from pathlib import Path
 from typing import Any, overload
@@ -21,11 +21,12 @@ from bem._support.validation import finite_number
 from bem._support.wording import shown
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.measurement_steps import PHYSICAL
-from bem.dataset.pull_off_steps import pull_off_grid
-from bem.problem.materials import Elastic
+from bem.dataset.physical_steps import protocol_rows
+from bem.dataset.pull_off_steps import around_pull_off
 from bem.problem.protocol import LoadingProtocol, default_start_indentation
 from bem.problem.scene import Scene
 from surrogate.data.dense import Stage
+from surrogate.data.fronts import front_steps, places
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
@@ -68,14 +69,28 @@ def scalars_of(targets: np.ndarray, begin: np.ndarray, unloading_rate: np.ndarra
     return dict(zip(SCALARS, values, strict=True))
 
 
-def curve_targets(force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
-    """What stage two learns of the force (batch, steps), less that without adhesion, in units of the pull-off force."""
-    return np.arcsinh((force - without) / pull_off_force[:, np.newaxis])
+def curve_targets(
+    force: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]
+) -> np.ndarray:
+    """What stage two learns of the force (batch, steps), beside that without adhesion.
+
+    It is the difference of their inverse hyperbolic sines, which is relative where forces are large. Their unit is that
+    of adhesion until the unloading, of which nothing before depends, and the pull-off force from there on.
+    """
+    units = _units(force, pull_off_force, counts)
+    return np.arcsinh(force / units) - np.arcsinh(without / units)
 
 
-def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray) -> np.ndarray:
+def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """The inverse of `curve_targets`."""
-    return without + np.sinh(targets) * pull_off_force[:, np.newaxis]
+    units = _units(targets, pull_off_force, counts)
+    return units * np.sinh(targets + np.arcsinh(without / units))
+
+
+def _units(like: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    units = np.ones(like.shape)
+    units[:, sum(counts[:2]) :] = pull_off_force[:, np.newaxis]
+    return units
 
 
 class SolidSurrogate:
@@ -161,7 +176,7 @@ class SolidSurrogate:
         single = isinstance(scene, Scene)
         scenes, paths = ([scene], [protocol]) if isinstance(scene, Scene) else (list(scene), list(protocol))
         coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
-        tabor, _ = contacts([replace(entry, material=Elastic()) for entry in scenes], len(paths))
+        tabor, _ = contacts(scenes, len(paths), any_solid=True)
         if strange := [path for path in paths if not isinstance(path, LoadingProtocol) or path.dwell_time <= 0.0]:
             raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
         if default := [path for path in paths if path.start_indentation is not None]:
@@ -241,17 +256,17 @@ class SolidSurrogate:
         # An elastic contact knows no time: neither rates nor the dwell are outside any range.
         elastic = ~(strengths > 0.0).any(axis=1)
         timed = {name: np.where(elastic, 1.0, protocols[name]) for name in PROTOCOL[2:]}
-        features, _ = solid_features({**protocols, **timed}, strengths, times)
+        spectra = relaxation_spectra(strengths, times)
+        features, _ = solid_features({**protocols, **timed}, strengths, times, spectra)
         parts = [slice(at, at + _BATCH) for at in range(0, len(features), _BATCH)]
-        results = [self._part(features[part], protocols, strengths, times, part, curve) for part in parts]
+        results = [self._part(features[part], protocols, spectra, part, curve) for part in parts]
         return {name: np.concatenate([result[name] for result in results]) for name in results[0]}
 
     def _part(
         self,
         features: np.ndarray,
         protocols: Mapping[str, np.ndarray],
-        strengths: np.ndarray,
-        times: np.ndarray,
+        spectra: tuple[np.ndarray, np.ndarray],
         part: slice,
         curve: bool,
     ) -> dict[str, np.ndarray]:
@@ -266,11 +281,14 @@ class SolidSurrogate:
         results = scalars | {"features": features, "targets": targets}
         if not curve:
             return results
-        terms = {"strengths": strengths[part], "retardation_times": times[part]}
-        grid = pull_off_grid(**quantities, **terms, pull_off_time=scalars["pull_off_time"], counts=self.counts)
-        without = forces_without_adhesion(*grid, quantities["tabor"], *relaxation_spectra(*terms.values()))
-        shape = self.stages[1](np.column_stack([features, targets]))
-        force = curve_of(shape, without, scalars["pull_off_force"])
+        moduli, relaxations = (terms[part] for terms in spectra)
+        path = protocol_rows([*quantities.values(), None, scalars["pull_off_time"]])
+        grid = around_pull_off(path, moduli, relaxations, np.array(self.counts))
+        without = forces_without_adhesion(*grid, quantities["tabor"], moduli, relaxations)
+        where = (*grid, quantities["tabor"], rate, scalars["pull_off_time"])
+        fronts = [(steps, places(*where, steps)) for steps in front_steps(self.counts)]
+        shape = self.stages[1](np.column_stack([features, targets]), fronts)
+        force = curve_of(shape, without, scalars["pull_off_force"], self.counts)
         turn = sum(self.counts[:2])
         # No force of the unloading exceeds the pull-off force, which is the one at its instant.
         force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])

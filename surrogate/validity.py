@@ -90,8 +90,10 @@ class ExtrapolationWarning(UserWarning):
     """A prediction is outside the ranges of the training set."""
 
 
-def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
+def contacts(scene: Scenes, count: int, *, any_solid: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return Tabor parameters and modulus ratios of shape `(count,)`, from one scene per history or one for all.
+
+    Of models that know any solid, the ratios are NaN.
 
     Raises:
         ValueError: a scene is none, their number does not fit, or one is not of the kind that the models learned:
@@ -102,12 +104,12 @@ def contacts(scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         raise ValueError(f"scene must be one, or one for each of {count} histories; received {len(scenes)}")
     values = np.empty((2, count))
     values[:] = np.transpose(
-        [_contact(entry, f" as scene {at}" * (len(scenes) > 1)) for at, entry in enumerate(scenes)]
+        [_contact(entry, f" as scene {at}" * (len(scenes) > 1), any_solid) for at, entry in enumerate(scenes)]
     )
     return values[0], values[1]
 
 
-def _contact(scene: Any, where: str) -> tuple[float, float]:
+def _contact(scene: Any, where: str, any_solid: bool) -> tuple[float, float]:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene must be a bem.Scene; received {shown(scene)}{where}")
     if not isinstance(scene.adhesion, LennardJones) or scene.spring is not None or scene.indenter is not None:
@@ -116,6 +118,8 @@ def _contact(scene: Any, where: str) -> tuple[float, float]:
             "scene must have Lennard-Jones adhesion, a paraboloid and no spring, as in the training, the solver knows "
             f"others (`bem.simulate`); received {unsupported}{where}"
         )
+    if any_solid:
+        return scene.tabor, np.nan
     if not isinstance(scene.material, StandardLinearSolid | Elastic):
         raise ValueError(
             "material must be a standard linear solid, as in the training, the solver knows others (`bem.simulate`); "

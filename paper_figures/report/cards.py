@@ -167,10 +167,20 @@ def solid_limits(measured: dict[str, Any]) -> str:
         values = ", ".join(number(part[level], 2) for part in (mean, largest) for level in ("50", "90"))
         parts.append(f"{place} {values}, {number(largest['99'], 2)}")
     least = min(table[name]["covered at 0.9"] for table in measured["places"].values() for name in SOLID_COLUMNS[:3])
+    sides = {
+        f"{side.removeprefix('at ').replace('_', ' ')} of {SOLID_PLACES[place]}": min(
+            (row[name], name) for name in SOLID_COLUMNS[:3]
+        )
+        for place, table in measured["places"].items()
+        for side, row in table.items()
+        if side.startswith("at ")
+    }
+    side, (worst, result) = min(sides.items(), key=lambda entry: entry[1])
     times = measured["milliseconds"]
     return (
         "Errors of a curve in percent of its range, the mean at the median and 90th percentile, the largest there and "
-        f"at the 99th: {'; '.join(parts)}. The 90 % intervals contain {least:.0f} % or more everywhere. A call takes "
+        f"at the 99th: {'; '.join(parts)}. The 90 % intervals contain {least:.0f} % or more everywhere, on each of "
+        f"the {len(sides)} sides of edges and corners {worst:.0f} % or more ({result}, {side}). A call takes "
         f"{times['single']:.2f} ms, in a batch {times['batch']:.2f}"
     )
 

@@ -49,20 +49,24 @@ def _creep(strengths: np.ndarray, times: np.ndarray, time: float) -> float:
 
 
 def solid_features(
-    protocols: dict[str, np.ndarray], strengths: np.ndarray, times: np.ndarray
+    protocols: dict[str, np.ndarray],
+    strengths: np.ndarray,
+    times: np.ndarray,
+    spectra: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Features of many contacts, and the indentations at which their force without adhesion crosses zero.
 
     Args:
         protocols: The quantities in `PROTOCOL` by name, each of shape (batch,).
         strengths, times: Retardation terms of each solid, shape (batch, terms); those of strength zero are left out.
+        spectra: What `relaxation_spectra` says of them, where that is known.
 
     Returns:
         Arrays of shape (batch, len(FEATURES)) and (batch,).
     """
     columns = np.stack([np.asarray(protocols[name], dtype=np.float64) for name in PROTOCOL])
     start = default_start_indentation(columns[0])
-    return _features(columns, start, strengths, times, *relaxation_spectra(strengths, times))
+    return _features(columns, start, strengths, times, *(spectra or relaxation_spectra(strengths, times)))
 
 
 @kernel

@@ -28,7 +28,7 @@ from scipy.interpolate import PchipInterpolator
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.campaign import Campaign
-from bem.dataset.designs import QUANTITIES
+from bem.dataset.designs import OUTERMOST, QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
 from bem.problem.materials import Elastic, StandardLinearSolid
 from bem.problem.protocol import LoadingProtocol
@@ -86,7 +86,8 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
 
     They are those of contacts that the model takes without a warning; their share is there too. Those of the
     compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its range, the
-    mean and the largest over the instants of unloading and all others.
+    mean and the largest over the instants of unloading and all others. At edges and in corners there are the
+    coverages on each of their `sides`, too.
     """
     dataset = load_dataset(path)
     rows = dataset.completed
@@ -118,7 +119,24 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
             for column, name in enumerate(list(errors)[:4]):
                 covered = np.abs(part["errors"][:, column]) <= half[:, column]
                 table[name][f"covered at {coverage:g}"] = 100.0 * float(covered.mean())
+                if coverage == COVERAGES[-1] and dataset.attributes["campaign"]["design"] != "sobol":
+                    for side, members in sides(dataset, rows).items():
+                        share = 100.0 * float(covered[members].mean()) if members.any() else np.nan
+                        table.setdefault(f"at {side}", {"count": float(members.sum())})[name] = share
     return table | {"trajectories": {"count": len(inside), "inside": 100.0 * float(inside.mean())}}
+
+
+def sides(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Which contacts (batch,) lie in the outermost fifth of the range of a quantity, in its logarithm, by its name."""
+    campaign, members = dataset.attributes["campaign"], {}
+    for name, drawn in (campaign["ranges"] | {"modulus_ratio": campaign["modulus_ratio"]}).items():
+        low, high = np.broadcast_to(drawn, 2)
+        if low == high:
+            continue
+        values = dataset.modulus_ratios if name == "modulus_ratio" else dataset.protocols[name]
+        share = np.log(values[rows] / low) / np.log(high / low)
+        members |= {f"low {name}": share <= OUTERMOST, f"high {name}": share >= 1.0 - OUTERMOST}
+    return members
 
 
 def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
@@ -167,7 +185,7 @@ def _curve_differences(times: np.ndarray, force: np.ndarray, dataset: Dataset, r
 def printed(table: dict[str, dict[str, float]]) -> str:
     """The errors of a place as text."""
     return "\n".join(
-        f"  {name:22}" + "".join(f"{key:>14} {value:8.3f}" for key, value in row.items()) for name, row in table.items()
+        f"  {name:24}" + "".join(f"  {key} {value:.3f}" for key, value in row.items()) for name, row in table.items()
     )
 
 

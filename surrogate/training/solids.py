@@ -6,8 +6,9 @@ r"""Train a model of any linear solid in two stages: scalar results first, then 
 
 Stage one maps the features of `surrogate.data.solid_features` to pull-off force and time, hysteresis and largest
 compression. Stage two maps the features and what stage one says to the force at steps around the pull-off
-(`bem.dataset.pull_off_steps`), less that without adhesion, in units of the pull-off force. It learns at the steps
-around the true pull-off and is read at those around the predicted one, so that its peak is where the scalars say.
+(`bem.dataset.pull_off_steps`), beside that without adhesion; fronts place its jumps (`surrogate.data.fronts`). It
+learns at the steps around the true pull-off and is read at those around the predicted one, so that its peak is where
+the scalars say.
 An interrupted training is resumed by the same command.
 """
 
@@ -33,6 +34,8 @@ from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
 from surrogate.data.dense import Stage
 from surrogate.data.examples import Examples
+from surrogate.data.fronts import PLACE, Front, front_steps, places
+from surrogate.data.fronts import UNITS as FRONT_UNITS
 from surrogate.data.polynomial import Polynomial
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import forces_without_adhesion, solid_features
@@ -51,13 +54,15 @@ RECIPE = Recipe(
     name="solids",
     seed=0,
     batch_size=1024,
-    epochs=120,
+    epochs=55,
     learning_rate=3e-3,
     optimizer="soap",
     gradient_norm=1.0,
     weight_average=0.03,
     cosine=Cosine(warmup_epochs=1.0),
 )
+RECIPES = (RECIPE, replace(RECIPE, epochs=60))
+"""Of the two stages."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,7 @@ class SolidData:
         features: Shape (n, features).
         scalars: What stage one learns, shape (n, 4).
         curve: What stage two learns, shape (n, steps).
+        places: Where the steps of the fronts lie (`surrogate.data.fronts`), shape (n, steps of both, PLACE).
         counts: Points of loading, dwell and unloading.
         sha256: Digest of the files.
         sources: Of each file the solids, seed and ranges of its campaign, and how many of its trajectories completed.
@@ -76,6 +82,7 @@ class SolidData:
     features: np.ndarray
     scalars: np.ndarray
     curve: np.ndarray
+    places: np.ndarray
     counts: tuple[int, int, int]
     sha256: str
     sources: list[dict[str, Any]]
@@ -101,9 +108,12 @@ class SolidData:
             begin = instants[:, sum(dataset.counts[:2]) - 1]
             spectra = relaxation_spectra(strengths, times)
             without = forces_without_adhesion(instants, indentations, protocols["tabor"], *spectra)
-            targets = scalar_targets(scalars, begin, protocols["unloading_rate"])
-            curve = curve_targets(dataset.force[rows], without, scalars["pull_off_force"]).astype(np.float32)
-            columns.append((features, targets, curve))
+            rate = protocols["unloading_rate"]
+            targets = scalar_targets(scalars, begin, rate)
+            curve = curve_targets(dataset.force[rows], without, scalars["pull_off_force"], dataset.counts)
+            where = (instants, indentations, protocols["tabor"], rate, scalars["pull_off_time"])
+            fronts = [places(*where, steps) for steps in front_steps(dataset.counts)]
+            columns.append((features, targets, curve.astype(np.float32), np.concatenate(fronts, axis=1)))
             campaign = dataset.attributes["campaign"]
             sources.append({name: campaign[name] for name in SOURCE} | {"trajectories": len(rows)})
         digest = hashlib.sha256("".join(map(sha256, paths)).encode()).hexdigest()
@@ -113,33 +123,63 @@ class SolidData:
         return cls(*(values[order] for values in joined), dataset.counts, digest, sources)
 
 
-def network(inputs: int, outputs: int, units: Sequence[int] = UNITS) -> keras.Model:
-    """Build an untrained network of dense layers on one step of features, the first of them as `tabor`."""
-    sequence, first = keras.Input((1, inputs - 1), name="sequence"), keras.Input((1,), name="tabor")
-    hidden = AppendTabor(name="append_tabor")(sequence, first)
+def network(
+    inputs: int, outputs: int, units: Sequence[int] = UNITS, fronts: Sequence[tuple[int, int]] = ()
+) -> keras.Model:
+    """Build an untrained network of dense layers on one step of features, the first of them as `tabor`.
+
+    After the features, the sequence holds the places of the steps of each front, which are given by first and end.
+    """
+    width = sum(end - first for first, end in fronts) * PLACE
+    sequence, first_input = keras.Input((1, inputs - 1 + width), name="sequence"), keras.Input((1,), name="tabor")
+    hidden = AppendTabor(name="append_tabor")(sequence[..., : inputs - 1], first_input)
     for number, size in enumerate(units, 1):
         hidden = layers.Dense(size, activation="gelu", name=f"dense_{number}")(hidden)
-    return keras.Model([sequence, first], layers.Dense(outputs, name="targets")(hidden))
+    parts, at = [layers.Dense(outputs, name="targets")(hidden)], inputs - 1
+    for number, (first, end) in enumerate(fronts):
+        place = layers.Reshape((end - first, PLACE))(sequence[..., at : at + (end - first) * PLACE])
+        at += (end - first) * PLACE
+        given = layers.Dense(FRONT_UNITS, name=f"front_{number}_hidden")(hidden)
+        place = layers.Dense(FRONT_UNITS, use_bias=False, name=f"front_{number}_place")(place)
+        inner = layers.Activation("relu")(layers.Add()([given, place]))
+        inner = layers.Dense(FRONT_UNITS, activation="relu", name=f"front_{number}_second")(inner)
+        added = layers.Dense(1, name=f"front_{number}_out")(inner)
+        parts.append(layers.Reshape((1, outputs))(layers.ZeroPadding1D((first, outputs - end))(added)))
+    return keras.Model([sequence, first_input], layers.Add()(parts) if fronts else parts[0])
 
 
 def train_stage(
-    features: np.ndarray, targets: np.ndarray, recipe: Recipe, folder: Path, facts: dict, report: Report
+    features: np.ndarray,
+    targets: np.ndarray,
+    recipe: Recipe,
+    folder: Path,
+    facts: dict,
+    report: Report,
+    *,
+    fronts: Sequence[slice] = (),
+    where: np.ndarray | None = None,
 ) -> Stage:
-    """Train one stage in `folder`, or resume it, and return it."""
+    """Train one stage in `folder`, or resume it, and return it; `where` are the places of the steps of its fronts."""
     polynomial = Polynomial.fit(features, targets)
-    z, left = polynomial.standardised(features)[:, np.newaxis], polynomial.left(features, targets)[:, np.newaxis]
+    z, left = polynomial.standardised(features), polynomial.left(features, targets)[:, np.newaxis]
+    sequence = z[:, 1:] if where is None else np.column_stack([z[:, 1:], where.reshape(len(z), -1)])
     count = round(HELD_OUT * len(z))
-    training, choosing = (Examples(z[part, :, 1:], z[part, 0, :1], left[part]) for part in _parts(count))
-    model = started(partial(network, z.shape[2], left.shape[2]), recipe.seed)
+    training, choosing = (Examples(sequence[part, np.newaxis], z[part, :1], left[part]) for part in _parts(count))
+    ends = [(steps.start, steps.stop) for steps in fronts]
+    model = started(partial(network, z.shape[1], left.shape[2], fronts=ends), recipe.seed)
     fit(model, training, choosing, recipe, folder, facts=facts | {"recipe": recipe.as_dict()}, report=report)
     return stage_of(polynomial, model)
 
 
 def stage_of(polynomial: Polynomial, model: keras.Model) -> Stage:
     """The stage of a polynomial and of a `network`, which reads the first feature last."""
-    dense = [layer.get_weights() for layer in model.layers if isinstance(layer, layers.Dense)]
-    kernels, biases = ([values[at] for values in dense] for at in (0, 1))
-    return Stage(polynomial, [np.roll(kernels[0], 1, axis=0), *kernels[1:]], biases)
+    dense = {layer.name: layer.get_weights() for layer in model.layers if isinstance(layer, layers.Dense)}
+    kernels, biases = ([own[at] for name, own in dense.items() if "front" not in name] for at in (0, 1))
+    fronts = [
+        Front(*(values for part in ("hidden", "place", "second", "out") for values in dense[f"front_{number}_{part}"]))
+        for number in range(sum(name.endswith("_place") for name in dense))
+    ]
+    return Stage(polynomial, [np.roll(kernels[0], 1, axis=0), *kernels[1:]], biases, fronts)
 
 
 def _parts(held_out: int) -> tuple[slice, slice]:
@@ -151,7 +191,7 @@ def train(
     runs: Path,
     target: Path,
     *,
-    recipes: Sequence[Recipe] = (RECIPE, RECIPE),
+    recipes: Sequence[Recipe] = RECIPES,
     report: Report = lambda *_: None,
 ) -> Path:
     """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
@@ -159,15 +199,21 @@ def train(
     with locked(runs):
         scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
         inputs = np.column_stack([data.features, scalars(data.features)])
-        curve = train_stage(inputs, data.curve, recipes[1], runs / "curve", facts, report)
+        steps = front_steps(data.counts)
+        curve = train_stage(
+            *(inputs, data.curve, recipes[1], runs / "curve", facts, report), fronts=steps, where=data.places
+        )
     facts |= {"training_trajectories": len(data.features), "sources": data.sources}
     facts |= {
         "recipes": [recipe.as_dict() for recipe in recipes],
         "command": f"python -m surrogate.training.solids {shlex.join(sys.argv[1:])}",
     }
     stages = (scalars, curve)
+    moments = ("mean", "deviation", "offset", "scale")
     facts["parameters"] = sum(
-        values.size for stage in stages for values in (*stage.kernels, *stage.biases, stage.polynomial.coefficients)
+        values.size
+        for name, values in (scalars.as_arrays("scalars") | curve.as_arrays("curve")).items()
+        if not name.endswith(moments)
     )
     write_model(target, stages, Reach.of(data.features), data.counts, facts | {"versions": versions()})
     return target
@@ -179,9 +225,10 @@ def main() -> None:
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="what `bem campaign` wrote, see above")
     parser.add_argument("--runs", type=Path, default=Path("results/solids"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, required=True, help="folder of the finished model")
-    parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of the recipe's")
+    parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of those of `RECIPES`")
     chosen = parser.parse_args()
-    recipes = [replace(RECIPE, epochs=epochs) for epochs in chosen.epochs or (RECIPE.epochs,) * 2]
+    given = chosen.epochs or [recipe.epochs for recipe in RECIPES]
+    recipes = [replace(recipe, epochs=epochs) for recipe, epochs in zip(RECIPES, given, strict=True)]
     train(SolidData.load(chosen.data), chosen.runs, chosen.publish, recipes=recipes, report=print_epoch)
     print(chosen.publish)
 

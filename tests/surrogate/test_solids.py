@@ -8,14 +8,24 @@ import pytest
 from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
+from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import relaxation_spectra
 from bem.dataset.solids import Solids
 from surrogate.data.dense import Stage
+from surrogate.data.fronts import front_steps, places
 from surrogate.data.polynomial import Polynomial
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
 from surrogate.solid_intervals import KINDS, SolidIntervals, kinds_of
-from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, scalars_of, write_intervals
+from surrogate.solids import (
+    SCALARS,
+    SolidSurrogate,
+    curve_of,
+    curve_targets,
+    scalar_targets,
+    scalars_of,
+    write_intervals,
+)
 from surrogate.validity import ExtrapolationWarning
 from tests.bem.dataset.helpers import run_here
 
@@ -129,6 +139,47 @@ def test_stage_is_polynomial_and_network():
     np.testing.assert_allclose(again(features), expected, atol=1e-4)
 
 
+def test_fronts_of_a_stage_are_those_of_its_network():
+    pytest.importorskip("keras")
+    from surrogate.training.solids import network, stage_of
+
+    random = np.random.default_rng(2)
+    features, targets = random.normal(2.0, 3.0, (30, 5)), random.normal(size=(30, 9))
+    polynomial = Polynomial.fit(features, targets)
+    model = network(5, 9, (8, 8), ((1, 4), (7, 9)))
+    z, where = polynomial.standardised(features), random.normal(size=(30, 5, 3)).astype(np.float32)
+    left = model.predict_on_batch([np.column_stack([z[:, 1:], where.reshape(30, -1)])[:, np.newaxis], z[:, :1]])
+    expected = polynomial(features) + np.asarray(left)[:, 0] * polynomial.scale + polynomial.offset
+    fronts = [(slice(1, 4), where[:, :3]), (slice(7, 9), where[:, 3:])]
+    stage = stage_of(polynomial, model)
+    np.testing.assert_allclose(stage(features, fronts), expected, atol=1e-5)
+    again = Stage.of_arrays(stage.as_arrays("own"), "own")
+    np.testing.assert_allclose(again(features, fronts), expected, atol=1e-4)
+    elsewhere = [(steps, place + 1.0) for steps, place in fronts]
+    changed = np.abs(again(features, elsewhere) - again(features, fronts)).max(axis=0) > 1e-3
+    assert changed.tolist() == [False, True, True, True, False, False, False, True, True]
+
+
+def test_targets_turn_back_into_forces():
+    force, without = np.array([[0.1, -300.0, 1.2, 0.6]]), np.array([[0.0, -290.0, -0.5, 0.0]])
+    targets = curve_targets(force, without, np.array([7.0]), (1, 1, 2))
+    np.testing.assert_allclose(curve_of(targets, without, np.array([7.0]), (1, 1, 2)), force, rtol=1e-12)
+    # Nothing before the unloading knows the pull-off.
+    other = curve_targets(force, without, np.array([1.0]), (1, 1, 2))
+    np.testing.assert_array_equal(other[:, :2], targets[:, :2])
+    assert (other[:, 2:] != targets[:, 2:]).all()
+
+
+def test_steps_know_where_they_lie():
+    loading, last = front_steps((22, 8, 72))
+    assert (loading.start, loading.stop, last.stop) == (1, 22, 102)
+    times, depths = np.arange(8.0)[np.newaxis], np.array([[-2.0, 0.0, 2.0, 2.0, 1.0, 0.0, -1.0, -2.0]])
+    found = places(times, depths, np.array([0.5]), np.array([3.0]), np.array([5.0]), slice(5, 8))
+    np.testing.assert_allclose(found[0, :, 0], np.arcsinh([0.0, -1.0, -2.0]), rtol=1e-6)
+    np.testing.assert_allclose(found[0, :, 1], [0.0, -2.0 / 3.0, -0.8], rtol=1e-6)
+    np.testing.assert_allclose(found[0, :, 2], np.log([0.02, 3.02, 6.02]), rtol=1e-6)
+
+
 def test_scalars_and_curve_agree(model):
     trajectory = model.predict(Scene(1.0, SOLID), PROTOCOL)
     assert trajectory.completed
@@ -219,6 +270,19 @@ def test_intervals_cover_every_group_and_kind():
             assert 0.87 < covered[(groups[:, 0] == group) & kind, 0].mean() < 0.95
     again = SolidIntervals.of_arrays(intervals.as_arrays())
     np.testing.assert_array_equal(again.half_widths(features, kinds, 0.8), intervals.half_widths(features, kinds, 0.8))
+
+
+def test_sides_are_the_outermost_fifths(data):
+    from surrogate.training.solid_judgement import sides
+
+    dataset = load_dataset(data)
+    rows = dataset.completed[5:]
+    found = sides(dataset, rows)
+    assert len(found) == 12
+    tabor, ratio = dataset.protocols["tabor"][rows], dataset.modulus_ratios[rows]
+    np.testing.assert_array_equal(found["low tabor"], tabor <= 0.2 * 16.0**0.2)
+    np.testing.assert_array_equal(found["high modulus_ratio"], ratio >= 0.01 * 100.0**0.8)
+    assert 0 < found["low tabor"].sum() < len(rows)
 
 
 def test_kind_without_calibration_has_wide_intervals():

@@ -48,14 +48,15 @@ def test_material_of_the_library_in_newtons(program):
 
 def test_elastic_material_needs_no_time(program):
     soft = CYCLE | {"peak_indentation": "300nm"}
+    # The first call may say that it compiles.
+    slower = words(soft | {"dwell_time": "1000s"})
+    again = program("predict", "any-solid", "--material", "sylgard_184", *slower, "--json")[1]
     code, out, err = program("predict", "any-solid", "--material", "sylgard_184", *words(soft), "--json")
     assert (code, err) == (0, "")
     entry = load("sylgard_184_cured_at_100c")
     setup = Setup(**CONTACT, largest_tabor=EFFECTIVE_TABOR, relaxed_modulus=entry.relaxed_modulus)
     exact = setup.simulate(setup.protocol(**soft), 1e-3, check_range=False)
     assert json.loads(out)["pull_off_force"] == pytest.approx(exact.pull_off_force, rel=0.01)
-    slower = words(soft | {"dwell_time": "1000s"})
-    again = program("predict", "any-solid", "--material", "sylgard_184", *slower, "--json")[1]
     assert json.loads(again)["pull_off_force"] == json.loads(out)["pull_off_force"]
 
 
