@@ -199,7 +199,7 @@ def fit(
     """Fit Young's modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 
     The simplest model that describes the curve is chosen, from Hertz to the contact with adhesion and relaxation; the
-    summary shows those tried. A search of the contact takes some five seconds at most, and says where it was cut.
+    summary shows those tried. A search of the contact takes some eight seconds at most, and says where it was cut.
 
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """

@@ -15,6 +15,7 @@ from bem.lab.contact_point import noise_of
 from bem.lab.fitting.regression import Fitted
 
 _SURE = 0.999  # that a misfit is no chance: in sum, over blocks, and of three moduli
+_SURE_AT_CONTACT = 0.9995  # the same of the one block about the contact point
 _BLOCKS, _DEPTHS = 8, 3  # of the depth, on either way, and from which the modulus is taken
 _SOLVED = 0.004  # of the range of the force, by which the solver's own error may move a block
 
@@ -61,7 +62,7 @@ def judge(fitted: Fitted) -> Judgement:
     # A softer layer on top hides among all blocks, and bends the force most where the contact begins.
     begins = counted & (np.abs(depth) < depth[pressed].max() / _BLOCKS)
     gain, count = _gain(fitted, begins[:, None])
-    if count and gain > variance * fdtri(1, data.freedoms, _SURE):
+    if count and gain > variance * fdtri(1, data.freedoms, _SURE_AT_CONTACT):
         reasons.append("The force about the contact point differs by more than noise.")
     moduli, gain, count = _moduli(fitted, depth, pressed)
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):

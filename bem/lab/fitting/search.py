@@ -23,7 +23,7 @@ _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one
 _FARTHER = 4.0, 8.0  # times the last step, at which the misfit of a run that has ended is no lower
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
-_WORK = 8e10  # multiplications and additions of a search, some five seconds
+_WORK = 1.2e11  # multiplications and additions of a search, some eight seconds
 _KEPT = 0.35  # of them, for the last run
 
 
