@@ -145,8 +145,8 @@ dataset: setup require-full-dataset  ## Simulate the 12,450 trajectories and pub
 	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
 	$(SUMS) $(DATASET)
 
-# Not published: nine times as many trajectories; the same protocols at physical measurement steps; any standard linear solid.
-ANY_SOLID = $(VENV)/bin/bem campaign --steps physical --modulus-ratio
+# Not published: nine times as many trajectories; the same protocols at physical measurement steps; and the sets that a file lists.
+SETS := experiments/configs/data_sets.txt
 .PRECIOUS: $(OUT)/dataset/%.h5
 $(OUT)/dataset/%.h5: $(SOLVER) | $(INSTALLED)
 	@mkdir -p $(@D)
@@ -154,12 +154,7 @@ $(OUT)/dataset/%.h5: $(SOLVER) | $(INSTALLED)
 	@touch $@
 $(OUT)/dataset/extra.h5: CAMPAIGN = $(VENV)/bin/bem campaign --design paper --seed 1 --count $(or $(EXTRA),$(shell echo $$((9 * $(COUNT))))) --accuracy standard
 $(OUT)/dataset/physical.h5: CAMPAIGN += --steps physical
-$(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design sobol --count 236016
-$(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design edges --count 150000 --seed 1
-$(OUT)/dataset/any_solid_deep.h5: CAMPAIGN = $(ANY_SOLID) 0.1:1 --design sobol --count 48000 --seed 4 --range peak_indentation=40:100 --range unloading_rate=100:1000
-$(OUT)/dataset/any_solid_faint.h5: CAMPAIGN = $(ANY_SOLID) 0.3:1 --design sobol --count 49152 --seed 5 --range tabor=0.2:0.5 --range peak_indentation=40:100 --range unloading_rate=100:1000
-$(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) 0.01:1 --design corners --count 32000 --seed 2
-$(OUT)/dataset/any_solid_elastic.h5: CAMPAIGN = $(ANY_SOLID) 0.95:1 --design sobol --count 12000 --seed 3
+$(OUT)/dataset/any%.h5 $(OUT)/dataset/solids/%.h5: CAMPAIGN = $(VENV)/bin/bem campaign $(shell sed -n 's|^$(@:$(OUT)/dataset/%.h5=%)  *||p' $(SETS))
 
 RECIPE ?= swift
 # ONLY names the models to train, by default all 18 paper models; EPOCHS replaces the epochs of the recipe.
@@ -203,33 +198,6 @@ pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners el
 
 # Any linear solid: by training, calibration and place of judgement a data set each, the last two at accuracy 1e-3.
 SOLIDS := $(OUT)/dataset/solids
-SPECTRA = $(VENV)/bin/bem campaign --steps pull-off --design $(or $(DESIGN),sobol) --modulus-ratio $(or $(RATIO),0.01:1) --solids
-TRUE = --accuracy 1e-3 --count
-$(SOLIDS)/prony.h5: CAMPAIGN = $(SPECTRA) prony --count 300000 --seed 71
-$(SOLIDS)/broad_1.h5: CAMPAIGN = $(SPECTRA) broad --count 20000 --seed 172
-$(SOLIDS)/broad_2.h5: CAMPAIGN = $(SPECTRA) broad --count 20000 --seed 174
-$(SOLIDS)/power.h5: CAMPAIGN = $(SPECTRA) power-law --count 8000 --seed 173
-$(SOLIDS)/fit_prony.h5: CAMPAIGN = $(SPECTRA) prony --count 10000 --seed 916
-$(SOLIDS)/fit_broad.h5: CAMPAIGN = $(SPECTRA) broad --count 2500 --seed 917
-$(SOLIDS)/fit_edges.h5: CAMPAIGN = $(SPECTRA) prony --count 4000 --seed 918
-$(SOLIDS)/fit_edges.h5: DESIGN = edges
-$(SOLIDS)/calibration_prony.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 3000 --seed 911
-$(SOLIDS)/calibration_broad.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 912
-$(SOLIDS)/calibration_power.h5: CAMPAIGN = $(SPECTRA) power-law $(TRUE) 1000 --seed 913
-$(SOLIDS)/test_polyurea.h5: CAMPAIGN = $(SPECTRA) polyurea $(TRUE) 600 --seed 901
-$(SOLIDS)/test_power_law.h5: CAMPAIGN = $(SPECTRA) power-law $(TRUE) 600 --seed 902
-$(SOLIDS)/test_sls.h5: CAMPAIGN = $(SPECTRA) prony:1-1 $(TRUE) 600 --seed 903
-$(SOLIDS)/test_prony_2_4.h5: CAMPAIGN = $(SPECTRA) prony:2-4 $(TRUE) 600 --seed 904
-$(SOLIDS)/test_corners.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 921
-$(SOLIDS)/test_corners.h5: DESIGN = corners
-$(SOLIDS)/test_edges.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 922
-$(SOLIDS)/test_edges.h5: DESIGN = edges
-$(SOLIDS)/test_ratio_0.1.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 923
-$(SOLIDS)/test_ratio_0.1.h5: RATIO = 0.1
-$(SOLIDS)/test_slow_unloading.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 600 --seed 924 --range unloading_rate=0.1:0.7
-$(SOLIDS)/calibration_edges.h5: CAMPAIGN = $(SPECTRA) prony $(TRUE) 1500 --seed 914
-$(SOLIDS)/calibration_edges.h5: DESIGN = edges
-$(SOLIDS)/calibration_far.h5: CAMPAIGN = $(SPECTRA) broad $(TRUE) 1500 --seed 915
 TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power)
 PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
 SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
