@@ -12,7 +12,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from bem._support.validation import FloatArray, finite_number
-from bem.lab.contact_point import FEWEST, noise_of
+from bem.lab.contact_point import FEWEST, STANDS_OUT, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Path
 from bem.lab.models.contact import Jump
@@ -78,7 +78,16 @@ class Measurement(Path):
         far = self.place < 0.5 * (self.place[0] + self.place[self.first])
         for jump in self.jumps:
             far &= ~((self.time >= self.time[self.first]) & (self.time < jump.time))
+        after = np.arange(far.size) > self.segments.leaves
+        if self._rise(far & after) - abs(self._rise(far & ~after)) > STANDS_OUT * self.noise:
+            far &= ~after  # a neck that stretches to the end
         return far
+
+    def _rise(self, chosen: np.ndarray) -> float:
+        """By how much the tension is larger in the last quarter of some points than in the first, in N."""
+        tension = self.tension[chosen]
+        quarter = tension.size // 4
+        return float(tension[-quarter:].mean() - tension[:quarter].mean()) if quarter else 0.0
 
     @cached_property
     def linear(self) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from bem import PronySeries, simulation
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup, search
 from bem.lab.fitting import result as result_module
-from bem.lab.fitting.measurement import prescribed_path
+from bem.lab.fitting.measurement import measurement_of, prescribed_path
 from bem.lab.models import CONTACT_POINT, MODELS, Path
 from bem.lab.models.contact import NoContactError
 from bem.methods.boundary_elements.meshes import master_grid
@@ -476,3 +476,14 @@ def test_a_hold_of_30_s_is_fitted(by, baseline):
     assert not elastic.adequate
     if by == "force":
         assert any("the force was held" in text for text in elastic.warnings)
+
+
+def test_a_neck_that_stretches_to_the_end_is_no_baseline():
+    """Behind a soft spring the sphere may never let go; its pull was fitted as a tilted baseline."""
+    curve, setup, _ = drawn_curve("stage", 34, 8)
+    data = measurement_of(curve, setup)
+    assert data.far.any()
+    assert not data.far[data.segments.leaves + 1 :].any()
+    gone, setup, _ = drawn_curve("stage", 34, 0)
+    data = measurement_of(gone, setup)
+    assert data.far[data.segments.leaves + 1 :].any()
