@@ -31,7 +31,7 @@ def compose(tabor_cost: Any) -> Figure:
     for method, marker in MARKERS.items():
         axes.plot([], [], marker, color="0.4", markersize=4.0, label=method)
     axes.plot([], [], "D", color="0.4", markerfacecolor="white", markersize=4.0, label="accuracy as stated")
-    axes.set(xscale="log", yscale="log", ylim=(1e-4, 1.0))
+    axes.set(xscale="log", yscale="log", ylim=(1e-4, 5.0))
     axes.set(xlabel="processor time of a trajectory (s)", ylabel="error of the pull-off force (%)")
     drawn.legend(loc="outside lower center", ncols=3, columnspacing=1.0, handlelength=1.4)
     return drawn
