@@ -144,7 +144,7 @@ def test_what_is_no_film_is_refused(trajectory, tmp_path, monkeypatch):
 
 
 def test_si_filmstrip_is_the_same_picture():
-    setup = Setup(radius="50um", work_of_adhesion="50mJ/m2", relaxed_modulus="2MPa")
+    setup = Setup(radius="50um", work_of_adhesion="50mJ/m2", relaxed_modulus="2MPa", largest_tabor=3.0)
     protocol = setup.protocol(peak_indentation="1um", loading_rate="2um/s", unloading_rate="2um/s")
     trajectory = bem.simulate(setup.scene(), protocol, "draft", profiles=12)
     own, si = draw_filmstrip(trajectory), draw_filmstrip(trajectory, setup)
