@@ -22,7 +22,6 @@ from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.methods.version import SOLVER_VERSION
-from bem.problem.scene import LARGEST_TABOR
 from experiments.cases import completed
 from experiments.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
@@ -68,7 +67,6 @@ def setup_of(truth: dict[str, float]) -> Setup:
         retardation_time=truth["retardation_time"],
         material=StandardLinearSolid(modulus_ratio=truth["modulus_ratio"]),
         stiffness=truth.get("stiffness"),
-        largest_tabor=LARGEST_TABOR,
     )
 
 

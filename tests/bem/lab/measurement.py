@@ -4,7 +4,6 @@ import numpy as np
 
 from bem import StandardLinearSolid, simulate
 from bem.lab import ForceCurve, Setup
-from bem.problem.scene import LARGEST_TABOR
 from experiments.robustness.lab_curves import CLASSES
 
 TRUTH = {
@@ -21,7 +20,6 @@ BEAD = Setup(
     relaxed_modulus=2e6,
     retardation_time=0.1,
     material=StandardLinearSolid(modulus_ratio=0.3),
-    largest_tabor=LARGEST_TABOR,
 )
 CYCLE = {"peak_indentation": 1e-6, "loading_rate": 2e-6, "dwell_time": 0.5, "unloading_rate": 2e-6}
 

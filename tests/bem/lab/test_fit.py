@@ -328,8 +328,11 @@ def test_a_curve_without_any_noise_or_adhesion_is_fitted_and_a_force_in_another_
         assert any("are the units right?" in text for text in hertzian(1e-11, **wrong).warnings), wrong
 
 
+TOO_NARROW = pytest.mark.xfail(reason="intervals of a contact are too narrow: docs/limits.md has their coverage")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "number"), [(0, 7), (0, 14), (7, 12)])
+@pytest.mark.parametrize(("seed", "number"), [(0, 7), pytest.param(0, 10, marks=TOO_NARROW), (0, 14), (7, 12)])
 def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
     # The forces alone leave the search where its jump is several samples from the measured one.
     curve, setup, truth = drawn_curve("stage", seed, number)
@@ -339,6 +342,16 @@ def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
 
 
 NOWHERE = {"contact_point": 0.0, "force_offset": 0.0}
+
+
+@pytest.mark.slow
+@TOO_NARROW
+def test_the_interval_along_a_valley_contains_the_work():
+    bead = BEAD.replaced(retardation_time=0.05, stiffness=3.0)
+    path = {"peak_indentation": 1.5e-6, "loading_rate": 2e-5, "unloading_rate": 2e-5, "start_indentation": -6e-6}
+    curve = measured(bead, 0.003, 5000, NOWHERE, 5e-4, dwell_time=0.2, **path)
+    low, high = fit(curve, guess_setup(curve, radius=50e-6), ALL, accuracy="draft").intervals["work_of_adhesion"]
+    assert 0.03 < low < 0.05 < high < 0.07
 
 
 @pytest.mark.slow
