@@ -156,6 +156,7 @@ def train_stage(
     facts: dict,
     report: Report,
     *,
+    units: Sequence[int] = UNITS,
     fronts: Sequence[slice] = (),
     where: np.ndarray | None = None,
 ) -> Stage:
@@ -166,7 +167,7 @@ def train_stage(
     count = round(HELD_OUT * len(z))
     training, choosing = (Examples(sequence[part, np.newaxis], z[part, :1], left[part]) for part in _parts(count))
     ends = [(steps.start, steps.stop) for steps in fronts]
-    model = started(partial(network, z.shape[1], left.shape[2], fronts=ends), recipe.seed)
+    model = started(partial(network, z.shape[1], left.shape[2], units, fronts=ends), recipe.seed)
     fit(model, training, choosing, recipe, folder, facts=facts | {"recipe": recipe.as_dict()}, report=report)
     return stage_of(polynomial, model)
 
@@ -192,17 +193,17 @@ def train(
     target: Path,
     *,
     recipes: Sequence[Recipe] = RECIPES,
+    units: Sequence[int] = UNITS,
     report: Report = lambda *_: None,
 ) -> Path:
     """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
     facts = {"dataset": data.sha256}
     with locked(runs):
-        scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
+        scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report, units=units)
         inputs = np.column_stack([data.features, scalars(data.features)])
         steps = front_steps(data.counts)
-        curve = train_stage(
-            *(inputs, data.curve, recipes[1], runs / "curve", facts, report), fronts=steps, where=data.places
-        )
+        part = (inputs, data.curve, recipes[1], runs / "curve", facts, report)
+        curve = train_stage(*part, units=units, fronts=steps, where=data.places)
     facts |= {"training_trajectories": len(data.features), "sources": data.sources}
     facts |= {
         "recipes": [recipe.as_dict() for recipe in recipes],
@@ -226,10 +227,12 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("results/solids"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, required=True, help="folder of the finished model")
     parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of those of `RECIPES`")
+    parser.add_argument("--units", type=int, nargs="+", default=UNITS, help="of the layers (default: %(default)s)")
     chosen = parser.parse_args()
     given = chosen.epochs or [recipe.epochs for recipe in RECIPES]
     recipes = [replace(recipe, epochs=epochs) for recipe, epochs in zip(RECIPES, given, strict=True)]
-    train(SolidData.load(chosen.data), chosen.runs, chosen.publish, recipes=recipes, report=print_epoch)
+    data = SolidData.load(chosen.data)
+    train(data, chosen.runs, chosen.publish, recipes=recipes, units=chosen.units, report=print_epoch)
     print(chosen.publish)
 
 
