@@ -1,9 +1,10 @@
-"""Intervals of the scalars of a model of any linear solid, calibrated on the converged solver.
+"""Intervals of the scalars and bands of the curve of a model of any linear solid, calibrated on the converged solver.
 
-The size of an error is expected from the features, by a polynomial fitted to trajectories of the training. Trajectories
-of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the kind of their
-solid: few retardation times that lie close together, times far apart, or many. In each group a quantile of the errors
-over the expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
+The size of an error is expected from the features, by a polynomial fitted to trajectories of the training's accuracy;
+that of a curve is the root mean square over its steps, and how its errors are spread over the steps is told by a shape.
+Trajectories of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the
+kind of their solid: few retardation times that lie close together, times far apart, or many. In each group a quantile
+of the errors over the expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
 
 Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive distributions (2021).
 """
@@ -12,7 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +26,8 @@ FEW, DECADES = 4, 4.0
 DENSE = 1.3
 """Least number of terms in a decade of the third kind."""
 KINDS = ("few times close together", "times far apart", "many times")
+BANDS = ("force", "curve")
+"""Bands of the curve: at each step by itself, and of all steps at once."""
 _LEAST = 1e-5  # added to errors before their logarithm is taken
 
 
@@ -40,48 +43,74 @@ def kinds_of(strengths: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SolidIntervals:
-    """What is known of the errors of the targets of stage one.
+    """What is known of the errors of the targets of stage one, and of the curve where stage two learns it.
 
     Args:
-        expected: Polynomial of the logarithms of their expected sizes.
-        edges: Expected sizes that divide the groups, shape (targets, GROUPS - 1).
-        quantiles: Of errors over expected ones, shape (kinds, targets, GROUPS, len(LEVELS)).
+        expected: Polynomial of the logarithms of their expected sizes, the curve last.
+        edges: Expected sizes that divide the groups, shape (targets + 1, GROUPS - 1).
+        shape: Errors of the curve at each step over the expected one, by group, shape (GROUPS, steps).
+        quantiles: Of errors over expected ones, and over the shape for both `BANDS`, shape
+            (kinds, targets + 2, GROUPS, len(LEVELS)).
     """
 
     expected: Polynomial
     edges: np.ndarray
+    shape: np.ndarray
     quantiles: np.ndarray
 
     @classmethod
-    def fit(cls, features: np.ndarray, errors: np.ndarray) -> SolidIntervals:
-        """Fit the expected sizes to features (batch, n) and errors (batch, targets); calibrated for no kind yet."""
-        expected = Polynomial.fit(features, np.log(np.abs(errors) + _LEAST))
-        edges = np.quantile(expected(features), np.arange(1, GROUPS) / GROUPS, axis=0).T
-        return cls(expected, edges, np.full((len(KINDS), errors.shape[1], GROUPS, len(LEVELS)), UNSEEN))
+    def fit(cls, features: np.ndarray, errors: np.ndarray, curve_errors: np.ndarray) -> SolidIntervals:
+        """Fit the expected sizes; calibrated for no kind yet.
 
-    def calibrated(self, features: np.ndarray, kinds: np.ndarray, errors: np.ndarray) -> SolidIntervals:
-        """Take the quantiles of each kind that is among `kinds` (batch,)."""
+        Args:
+            features: Shape (batch, n).
+            errors: Of the targets, shape (batch, targets).
+            curve_errors: Of the curve, shape (batch, steps).
+        """
+        sizes = np.column_stack([np.abs(errors), np.sqrt(np.mean(curve_errors**2, axis=1))])
+        expected = Polynomial.fit(features, np.log(sizes + _LEAST))
+        edges = np.quantile(expected(features), np.arange(1, GROUPS) / GROUPS, axis=0).T
+        quantiles = np.full((len(KINDS), errors.shape[1] + len(BANDS), GROUPS, len(LEVELS)), UNSEEN)
+        own = cls(expected, edges, np.ones((GROUPS, curve_errors.shape[1])), quantiles)
+        sizes, groups = own._judged(features)
+        ratios = np.abs(curve_errors) / sizes[:, -1:]
+        shape = np.stack([np.quantile(ratios[groups[:, -1] == group], 0.9, axis=0) for group in range(GROUPS)])
+        return replace(own, shape=np.maximum(shape, _LEAST))
+
+    def calibrated(
+        self, features: np.ndarray, kinds: np.ndarray, errors: np.ndarray, curve_errors: np.ndarray
+    ) -> SolidIntervals:
+        """Take the quantiles of each kind that is among `kinds` (batch,); the other arguments are those of `fit`."""
         sizes, groups = self._judged(features)
+        curve = np.abs(curve_errors) / sizes[:, -1:] / self.shape[groups[:, -1]]
+        ratios = [*(np.abs(errors) / sizes[:, :-1]).T, curve, curve.max(axis=1)]
+        groups = self._with_bands(groups)
         quantiles = self.quantiles.copy()
         for kind in np.unique(kinds):
-            for target in range(errors.shape[1]):
-                ratios = np.abs(errors[:, target]) / sizes[:, target]
+            for row, values in enumerate(ratios):
                 for group in range(GROUPS):
-                    members = ratios[(kinds == kind) & (groups[:, target] == group)]
+                    members = values[(kinds == kind) & (groups[:, row] == group)]
                     if members.size:
-                        quantiles[kind, target, group] = _quantiles(members)
-        return SolidIntervals(self.expected, self.edges, quantiles)
+                        quantiles[kind, row, group] = _quantiles(members)
+        return replace(self, quantiles=quantiles)
 
-    def half_widths(self, features: np.ndarray, kinds: np.ndarray, coverage: float) -> np.ndarray:
-        """Half-widths of the targets (batch, targets) that are to contain a share `coverage` of true values."""
+    def half_widths(self, features: np.ndarray, kinds: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
+        """Half-widths that are to contain a share `coverage` of true values.
+
+        Returns:
+            Those of the targets and, as multiples of the second array, of both `BANDS`, shape (batch, targets + 2); and
+            the shape of each curve's errors, (batch, steps).
+        """
         sizes, groups = self._judged(features)
         right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
         share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         table = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
-        return sizes * table[kinds[:, np.newaxis], np.arange(sizes.shape[1]), groups]
+        rows = self._with_bands(groups)
+        half = self._with_bands(sizes) * table[kinds[:, np.newaxis], np.arange(rows.shape[1]), rows]
+        return half, self.shape[groups[:, -1]]
 
     def groups(self, features: np.ndarray) -> np.ndarray:
-        """Numbers of the groups of expected error, (batch, targets)."""
+        """Numbers of the groups of expected error, (batch, targets + 1)."""
         return self._judged(features)[1]
 
     def _judged(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -89,12 +118,17 @@ class SolidIntervals:
         groups = np.stack([np.searchsorted(edge, size) for edge, size in zip(self.edges, sizes.T, strict=True)], axis=1)
         return np.exp(sizes), groups
 
+    @staticmethod
+    def _with_bands(columns: np.ndarray) -> np.ndarray:
+        """Columns of the targets and the curve, the latter once for each of `BANDS`."""
+        return np.column_stack([columns, *[columns[:, -1]] * (len(BANDS) - 1)])
+
     def as_arrays(self) -> dict[str, np.ndarray]:
         """What to store; `of_arrays` is the inverse."""
-        return {"edges": self.edges, "quantiles": self.quantiles} | vars(self.expected)
+        return {"edges": self.edges, "shape": self.shape, "quantiles": self.quantiles} | vars(self.expected)
 
     @classmethod
     def of_arrays(cls, arrays: dict[str, np.ndarray]) -> SolidIntervals:
         """The inverse of `as_arrays`."""
         names: Sequence[str] = ("mean", "deviation", "coefficients", "offset", "scale")
-        return cls(Polynomial(*(arrays[name] for name in names)), arrays["edges"], arrays["quantiles"])
+        return cls(Polynomial(*(arrays[name] for name in names)), arrays["edges"], arrays["shape"], arrays["quantiles"])

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from io import BytesIO
 from pathlib import Path
 from typing import Any, overload
@@ -33,7 +33,7 @@ from surrogate.files import STAGES, read_intact, read_record, write_run
 from surrogate.intervals import LEVELS
 from surrogate.solid_intervals import SolidIntervals, kinds_of
 from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
-from surrogate.validity import OTHERWISE, ExtrapolationWarning, contacts
+from surrogate.validity import OTHERWISE, ExtrapolationWarning, Scenes, tabor_parameters
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
@@ -77,17 +77,18 @@ def curve_targets(
     It is the difference of their inverse hyperbolic sines, which is relative where forces are large. Their unit is that
     of adhesion until the unloading, of which nothing before depends, and the pull-off force from there on.
     """
-    units = _units(force, pull_off_force, counts)
+    units = force_units(force, pull_off_force, counts)
     return np.arcsinh(force / units) - np.arcsinh(without / units)
 
 
 def curve_of(targets: np.ndarray, without: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
     """The inverse of `curve_targets`."""
-    units = _units(targets, pull_off_force, counts)
+    units = force_units(targets, pull_off_force, counts)
     return units * np.sinh(targets + np.arcsinh(without / units))
 
 
-def _units(like: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+def force_units(like: np.ndarray, pull_off_force: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    """Units of the force at steps, of the shape (batch, steps) of `like`; see `curve_targets`."""
     units = np.ones(like.shape)
     units[:, sum(counts[:2]) :] = pull_off_force[:, np.newaxis]
     return units
@@ -101,11 +102,8 @@ class SolidSurrogate:
         reach: What their training covers.
         counts: Points of loading, dwell and unloading.
         name: Name of the model.
-        intervals: What is known of the errors of the scalars.
+        intervals: What is known of the errors.
     """
-
-    modulus_ratio = None
-    """As of `surrogate.model.Surrogate`: any solid is known."""
 
     def __init__(
         self,
@@ -120,11 +118,6 @@ class SolidSurrogate:
 
     def __repr__(self) -> str:
         return f"<SolidSurrogate: {self.name}>"
-
-    @property
-    def bands(self) -> SolidIntervals | None:
-        """As of `surrogate.model.Surrogate`: what is known of the errors."""
-        return self.intervals
 
     @classmethod
     def load(cls, folder: str | Path) -> SolidSurrogate:
@@ -143,64 +136,68 @@ class SolidSurrogate:
         return cls(stages, reach, counts=tuple(run["counts"]), name=folder.name, intervals=intervals)
 
     @overload
-    def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> SolidTrajectory: ...
+    def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> PredictedTrajectory: ...
     @overload
     def predict(
-        self, scene: Sequence[Scene], protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
-    ) -> list[SolidTrajectory]: ...
+        self, scene: Scenes, protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
+    ) -> list[PredictedTrajectory]: ...
+    @overload
     def predict(
-        self,
-        scene: Scene | Sequence[Scene],
-        protocol: LoadingProtocol | Sequence[LoadingProtocol],
-        *,
-        coverage: float = 0.9,
-    ) -> SolidTrajectory | list[SolidTrajectory]:
-        """Predict what `bem.simulate` would compute, for one scene and protocol or for as many of each.
+        self, scene: Sequence[Scene], protocol: LoadingProtocol, *, coverage: float = 0.9
+    ) -> list[PredictedTrajectory]: ...
+    def predict(
+        self, scene: Scenes, protocol: LoadingProtocol | Sequence[LoadingProtocol], *, coverage: float = 0.9
+    ) -> PredictedTrajectory | list[PredictedTrajectory]:
+        """Predict what `bem.simulate` would compute, for one scene and protocol or for many.
 
         Args:
-            scene: Scenes of Lennard-Jones adhesion, a paraboloid, no spring, and any material of the package.
-            protocol: Their protocols, each with a dwell, in the units of the material's times.
-            coverage: Share of true values that the intervals are to contain, up to 0.99.
+            scene: One scene, or one for each protocol: Lennard-Jones adhesion, a paraboloid, no spring, and any
+                material of the package.
+            protocol: One protocol, or one for each scene, each with a dwell, in the units of the material's times.
+            coverage: Share of true values that intervals and bands are to contain, up to 0.99.
 
         Returns:
-            One trajectory, or a list of them in order. Its `extrapolated` lists the features outside those of the
-            training, where intervals are infinite; far outside (`surrogate.data.reach`), results are NaN.
+            One trajectory, or a list of them in order if either argument is a list. Its `extrapolated` lists what lies
+            outside the training, where intervals are infinite; far outside (`surrogate.data.reach`), results are NaN.
 
         Raises:
-            ValueError: a scene is of another kind, a protocol has no dwell, or one contact lies outside the margin.
+            ValueError: a scene is of another kind, a protocol has no dwell, numbers do not fit, or one contact lies far
+                outside.
 
         Warns:
             ExtrapolationWarning: once, where contacts leave the training.
         """
         clock = time.perf_counter()
-        single = isinstance(scene, Scene)
-        scenes, paths = ([scene], [protocol]) if isinstance(scene, Scene) else (list(scene), list(protocol))
+        single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
+        paths = list(protocol) if isinstance(protocol, Iterable) else [protocol]
+        scenes = list(scene) if isinstance(scene, Iterable) else [scene] * len(paths)
+        paths = paths * len(scenes) if len(paths) == 1 else paths
         coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
-        tabor, _ = contacts(scenes, len(paths), any_solid=True)
+        tabor = tabor_parameters(scenes, len(paths))
         if strange := [path for path in paths if not isinstance(path, LoadingProtocol) or path.dwell_time <= 0.0]:
             raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
         if default := [path for path in paths if path.start_indentation is not None]:
             raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
-        terms = max(1, *(len(entry.material.times) for entry in scenes))
-        strengths, times = np.zeros((len(scenes), terms)), np.ones((len(scenes), terms))
-        for row, entry in enumerate(scenes):
-            strengths[row, : len(entry.material.times)] = entry.material.strengths
-            times[row, : len(entry.material.times)] = entry.material.times
+        if not paths:
+            return []
+        strengths, times = _spectra(scenes)
         quantities = {name: np.array([getattr(path, name) for path in paths]) for name in PROTOCOL[1:]}
         found = self.predict_many({"tabor": tabor} | quantities, strengths, times)
-        return self._trajectories(found, kinds_of(strengths, times), coverage, clock, single=single)
-
-    def _trajectories(
-        self,
-        found: dict[str, np.ndarray],
-        kinds: np.ndarray,
-        coverage: float,
-        clock: float,
-        *,
-        single: bool,
-    ) -> SolidTrajectory | list[SolidTrajectory]:
-        """The results of `predict_many` as trajectories."""
         outside = self.reach.outside(found["features"])
+        reasons = self._refusals(outside, single=single)
+        trajectories = predicted_trajectories(
+            *(found[name] for name in ("times", "indentations", "force")),
+            unloading_from=sum(self.counts[:2]) - 1,
+            seconds=(time.perf_counter() - clock) / len(outside),
+            model=self.name,
+            extrapolated=[texts for texts, _ in outside],
+            doubts=self._doubts(found, kinds_of(strengths, times), coverage),
+            refusals=reasons,
+        )
+        return trajectories[0] if single else trajectories
+
+    def _refusals(self, outside: list[tuple[tuple[str, ...], bool]], *, single: bool) -> list[str]:
+        """Why each contact is refused, `""` if it is not; that of a single one is raised, the others are warned of."""
         reasons = [
             f"the contact must be like those of the training of {self.name}, `bem.simulate` takes others; received "
             f"{', '.join(texts)}" * far
@@ -211,32 +208,18 @@ class SolidSurrogate:
         if strange := [texts[0] for texts, _ in outside if texts]:
             message = f"{self.name} extrapolates beyond its training: {strange[0]}; {len(strange)} of {len(outside)} do"
             warnings.warn(f"{message}. Advice: {OTHERWISE}", ExtrapolationWarning, stacklevel=3)
-        turn = sum(self.counts[:2])
-        half = np.full(found["targets"].shape, np.inf)
+        return reasons
+
+    def _doubts(self, found: dict[str, np.ndarray], kinds: np.ndarray, coverage: float) -> list[Doubt]:
+        """What is known of the errors of each result of `predict_many`."""
+        half, shape = np.full((len(kinds), len(SCALARS) + 2), np.inf), np.ones(found["force"].shape)
         if self.intervals is not None:
-            half = self.intervals.half_widths(found["features"], kinds, coverage)
-        half[:, 2] *= found["hysteresis"] + LEAST_LOOP
-        readings = zip(found["pull_off_force"], found["pull_off_time"], found["hysteresis"], strict=True)
-        doubts = [
-            Doubt(coverage, None, tuple(map(float, reading)), row, np.empty(0))
-            for reading, row in zip(readings, half, strict=True)
-        ]
-        trajectories = predicted_trajectories(
-            found["times"],
-            found["indentations"],
-            found["force"],
-            unloading_from=turn - 1,
-            seconds=(time.perf_counter() - clock) / len(outside),
-            model=self.name,
-            extrapolated=[texts for texts, _ in outside],
-            doubts=doubts,
-            refusals=reasons,
-        )
-        own = [
-            SolidTrajectory(**vars(trajectory), compression=float(compression))
-            for trajectory, compression in zip(trajectories, found["max_compression"], strict=True)
-        ]
-        return own[0] if single else own
+            half, shape = self.intervals.half_widths(found["features"], kinds, coverage)
+        half[:, SCALARS.index("hysteresis")] *= found["hysteresis"] + LEAST_LOOP
+        readings = np.column_stack([found[name] for name in SCALARS])
+        units = force_units(shape, found["pull_off_force"], self.counts)
+        columns = zip(readings.tolist(), half.tolist(), shape, units, strict=True)
+        return [Doubt(coverage, *fields) for fields in columns]
 
     def predict_many(
         self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray, *, curve: bool = True
@@ -297,19 +280,14 @@ class SolidSurrogate:
         return results | {"times": grid[0], "indentations": grid[1], "force": force}
 
 
-@dataclass(frozen=True, repr=False)
-class SolidTrajectory(PredictedTrajectory):
-    """A trajectory whose scalar results come from outputs of their own, not from its curve; its curve has no bands."""
-
-    compression: float = np.nan
-
-    @property
-    def max_compression(self) -> float:
-        """Smallest force: largest compression, negative."""
-        return self.compression if self.completed else np.nan
-
-    def _band(self, *_: Any) -> np.ndarray | None:
-        return None
+def _spectra(scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
+    """Strengths and retardation times (batch, terms) of the materials, filled with terms of strength zero."""
+    terms = max(1, *(len(scene.material.times) for scene in scenes))
+    strengths, times = np.zeros((len(scenes), terms)), np.ones((len(scenes), terms))
+    for row, material in enumerate(scene.material for scene in scenes):
+        strengths[row, : len(material.times)] = material.strengths
+        times[row, : len(material.times)] = material.times
+    return strengths, times
 
 
 def write_intervals(folder: Path, intervals: SolidIntervals) -> None:

@@ -5,34 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bem._support.tabular import Column
 from bem.results.trajectory import Statistics, Trajectory, far_field
 
-if TYPE_CHECKING:
-    from surrogate.data.scaling import Scaling
-
 FORCE_DOUBT = 0.05
 """Error of a predicted force at the end of a protocol, in pi R dgamma; it is smaller for 90 % of the test set."""
 INTERVALS = ("pull_off_interval", "pull_off_time_interval", "hysteresis_interval")
-"""Fields of a prediction with bands."""
+"""Fields of a prediction with intervals."""
+_BANDS = 4  # half-widths before those of the bands
 
 
 class Doubt(NamedTuple):
-    """What a model with bands says of one trajectory beside its forces; intervals are computed when they are read."""
+    """What a model with intervals says of one trajectory beside its forces; intervals are computed when they are read.
+
+    The band of the force is one of its inverse hyperbolic sine, in units that may change from step to step: absolute
+    where the force is small beside its unit, relative where it is large.
+    """
 
     coverage: float
-    scaling: Scaling
     readings: Sequence[float]
-    """Pull-off force, its time, and the work, which are not those of the steps alone."""
+    """Pull-off force, its time, hysteresis and largest compression, which have outputs of their own."""
     half_widths: Sequence[float]
-    """Of the logarithms of pull-off force and pull-off time since the dwell, of the hysteresis, and, as multiples of
-    `shape`, of the scaled force at each step by itself and at all steps at once."""
+    """Of the logarithms of pull-off force and pull-off time since the dwell, of the hysteresis and of the largest
+    compression, and, as multiples of `shape`, of the force at each step by itself and at all steps at once."""
     shape: np.ndarray
     """Shape (steps,)."""
+    units: np.ndarray
+    """Of the force, shape (steps,)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,20 +48,17 @@ class PredictedTrajectory(Trajectory):
     interpolation instead. A surrogate predicts no contact radius (all NaN), no jumps, and no error of its own
     (`accuracy` is NaN). Of `stats`, only the seconds are set. `detached` is inferred from the force alone.
 
-    Of a model with bands, pull-off force and time are those of a parabola through the highest step of the unloading and
-    its neighbours, and the hysteresis is that of monotone cubics through the steps. Outside the ranges of the training,
-    which `extrapolated` names, every band is infinite; outside their margin all results and bands are NaN. Without
-    bands, intervals and bands are `None`.
+    Of a model of any linear solid, the scalar results come from outputs of their own, with which the curve agrees.
+    Outside the training, which `extrapolated` names, every interval and band is infinite; far outside, all results and
+    bands are NaN. Of a model of the paper, intervals and bands are `None`.
     """
 
     extrapolated: tuple[str, ...] = ()
-    """The quantities outside the ranges of the training set, as text; empty if there are none."""
+    """What lies outside the training, as text; empty if nothing does."""
     model: str = ""
     """Name of the model."""
-    modulus_ratio: float | None = None
-    """Modulus ratio of the solid, of a model with bands."""
     doubt: Doubt | None = None
-    """Of a model with bands, from what intervals and bands are computed."""
+    """From what results, intervals and bands are computed; `None` of a model of the paper."""
 
     @property
     def pull_off_force(self) -> float:
@@ -69,6 +69,11 @@ class PredictedTrajectory(Trajectory):
     def pull_off_time(self) -> float:
         """Time of the pull-off force."""
         return super().pull_off_time if self.doubt is None or not self.completed else float(self.doubt.readings[1])
+
+    @property
+    def max_compression(self) -> float:
+        """Smallest force: largest compression, negative."""
+        return super().max_compression if self.doubt is None or not self.completed else float(self.doubt.readings[3])
 
     @property
     def coverage(self) -> float | None:
@@ -124,8 +129,8 @@ class PredictedTrajectory(Trajectory):
             return None
         if self.extrapolated:
             return np.full(len(self.force), sign * np.inf if self.completed else np.nan)
-        scaling, width = self.doubt.scaling, self.doubt.half_widths[len(INTERVALS) + row] * self.doubt.shape
-        return scaling.unscale_force(scaling.scale_force(self.force) + sign * width)
+        units, width = self.doubt.units, self.doubt.half_widths[_BANDS + row] * self.doubt.shape
+        return units * np.sinh(np.arcsinh(self.force / units) + sign * width)
 
     @property
     def detached(self) -> bool:
@@ -153,7 +158,7 @@ class PredictedTrajectory(Trajectory):
         return {"model": self.model} | super().facts() | outside
 
     def summary(self) -> dict[str, Any]:
-        """Return the scalars by name, ready for JSON; intervals of a model with bands only where finite."""
+        """Return the scalars by name, ready for JSON; intervals only where finite."""
         names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force", "detached")
         scalars = {name: getattr(self, name) for name in names} | {"work": self.work()}
         entries = {"model": self.model, "status": self.status, **scalars, "extrapolated": list(self.extrapolated)}
@@ -161,7 +166,7 @@ class PredictedTrajectory(Trajectory):
             return entries
         intervals = {name: list(getattr(self, name)) for name in INTERVALS}
         within = {} if self.extrapolated else intervals
-        return entries | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
+        return entries | {"coverage": self.coverage} | within
 
 
 def predicted_trajectories(
@@ -173,7 +178,6 @@ def predicted_trajectories(
     seconds: float,
     extrapolated: Sequence[tuple[str, ...]] = (),
     model: str = "",
-    modulus_ratios: Sequence[float | None] = (),
     doubts: Sequence[Doubt | None] = (),
     refusals: Sequence[str] = (),
 ) -> list[PredictedTrajectory]:
@@ -183,7 +187,7 @@ def predicted_trajectories(
         times, indentations, force: The histories, each of shape `(batch, steps)`.
         unloading_from: Index of the first point of unloading.
         seconds: Wall-clock time of one prediction, in seconds.
-        extrapolated, modulus_ratios, doubts: Fields of `PredictedTrajectory`, one for each or none at all.
+        extrapolated, doubts: Fields of `PredictedTrajectory`, one for each or none at all.
         refusals: Why each is refused, `""` if it is not; all results of one that is are NaN.
         model: Name of the model.
 
@@ -192,7 +196,7 @@ def predicted_trajectories(
     """
     steps = times.shape[1]
     radius, unloading = np.full(steps, np.nan), np.arange(steps) >= unloading_from
-    refusals, none = refusals or [""] * len(force), [None] * len(force)
+    refusals = refusals or [""] * len(force)
     if any(refusals):
         force = np.where([[bool(reason)] for reason in refusals], np.nan, force)
     finite = np.isfinite(force).all(axis=1).tolist()
@@ -200,7 +204,7 @@ def predicted_trajectories(
         reason or ("completed" if sound else "the prediction is not finite")
         for sound, reason in zip(finite, refusals, strict=True)
     ]
-    more = zip(statuses, extrapolated or [()] * len(force), modulus_ratios or none, doubts or none, strict=True)
+    more = zip(statuses, extrapolated or [()] * len(force), doubts or [None] * len(force), strict=True)
     return [
         PredictedTrajectory(
             time=time,
@@ -214,10 +218,7 @@ def predicted_trajectories(
             unloading=unloading.copy(),
             extrapolated=outside,
             model=model,
-            modulus_ratio=ratio,
             doubt=doubt,
         )
-        for time, indentation, values, (status, outside, ratio, doubt) in zip(
-            times, indentations, force, more, strict=True
-        )
+        for time, indentation, values, (status, outside, doubt) in zip(times, indentations, force, more, strict=True)
     ]

@@ -90,26 +90,42 @@ class ExtrapolationWarning(UserWarning):
     """A prediction is outside the ranges of the training set."""
 
 
-def contacts(scene: Scenes, count: int, *, any_solid: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Return Tabor parameters and modulus ratios of shape `(count,)`, from one scene per history or one for all.
-
-    Of models that know any solid, the ratios are NaN.
+def tabor_parameters(scene: Scenes, count: int) -> np.ndarray:
+    """Return Tabor parameters of shape `(count,)`, from one scene per history or one for all.
 
     Raises:
-        ValueError: a scene is none, their number does not fit, or one is not of the kind that the models learned:
-            Lennard-Jones adhesion, a standard linear solid or an elastic one, and no spring.
+        ValueError: a scene is none, their number does not fit, or one is not of the kind that all models learned:
+            Lennard-Jones adhesion, a paraboloid, and no spring.
     """
     scenes = list(scene) if isinstance(scene, Iterable) else [scene]
     if len(scenes) not in (1, count):
         raise ValueError(f"scene must be one, or one for each of {count} histories; received {len(scenes)}")
-    values = np.empty((2, count))
-    values[:] = np.transpose(
-        [_contact(entry, f" as scene {at}" * (len(scenes) > 1), any_solid) for at, entry in enumerate(scenes)]
-    )
-    return values[0], values[1]
+    for at, entry in enumerate(scenes):
+        _require_learned(entry, _where(scenes, at))
+    return np.resize([entry.tabor for entry in scenes], count).astype(np.float64)
 
 
-def _contact(scene: Any, where: str, any_solid: bool) -> tuple[float, float]:
+def modulus_ratios(scene: Scenes, count: int) -> np.ndarray:
+    """Return modulus ratios of shape `(count,)` likewise.
+
+    Raises:
+        ValueError: a material is neither a standard linear solid nor elastic.
+    """
+    scenes = list(scene) if isinstance(scene, Iterable) else [scene]
+    for at, material in enumerate(entry.material for entry in scenes):
+        if not isinstance(material, StandardLinearSolid | Elastic):
+            raise ValueError(
+                "material must be a standard linear solid, as in the training, `fast`, `accurate` and the solver know "
+                f"others (`bem.simulate`); received {shown(material)}{_where(scenes, at)}"
+            )
+    return np.resize([entry.material.modulus_ratio for entry in scenes], count).astype(np.float64)
+
+
+def _where(scenes: Sequence[Any], at: int) -> str:
+    return f" as scene {at}" * (len(scenes) > 1)
+
+
+def _require_learned(scene: Any, where: str) -> None:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene must be a bem.Scene; received {shown(scene)}{where}")
     if not isinstance(scene.adhesion, LennardJones) or scene.spring is not None or scene.indenter is not None:
@@ -118,14 +134,6 @@ def _contact(scene: Any, where: str, any_solid: bool) -> tuple[float, float]:
             "scene must have Lennard-Jones adhesion, a paraboloid and no spring, as in the training, the solver knows "
             f"others (`bem.simulate`); received {unsupported}{where}"
         )
-    if any_solid:
-        return scene.tabor, np.nan
-    if not isinstance(scene.material, StandardLinearSolid | Elastic):
-        raise ValueError(
-            "material must be a standard linear solid, as in the training, the solver knows others (`bem.simulate`); "
-            f"received {shown(scene.material)}{where}"
-        )
-    return scene.tabor, scene.material.modulus_ratio
 
 
 def check_history(times: np.ndarray, indentations: np.ndarray) -> None:

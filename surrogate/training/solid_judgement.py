@@ -28,37 +28,36 @@ from scipy.interpolate import PchipInterpolator
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.campaign import Campaign
-from bem.dataset.designs import OUTERMOST, QUANTITIES
+from bem.dataset.designs import OUTERMOST
 from bem.dataset.file import Dataset, load_dataset
-from bem.problem.materials import Elastic, StandardLinearSolid
-from bem.problem.protocol import LoadingProtocol
-from bem.problem.scene import Scene
-from surrogate.loading import load
-from surrogate.model import Surrogate
-from surrogate.solid_intervals import SolidIntervals, kinds_of
-from surrogate.solids import SCALARS, SolidSurrogate, scalar_targets, write_intervals
+from surrogate.solid_intervals import BANDS, SolidIntervals, kinds_of
+from surrogate.solids import SCALARS, SolidSurrogate, force_units, scalar_targets, write_intervals
 
 COVERAGES = (0.5, 0.9)
 QUANTILES = (0.5, 0.9, 0.99)
+RESULTS = ("pull-off force", "time since the dwell", "hysteresis", "largest compression")
+"""Words for `SCALARS`."""
 FITTED = 40_000
 """Trajectories at most to which the expected errors are fitted."""
 
 
-def compared(
-    model: SolidSurrogate, dataset: Dataset, rows: np.ndarray, *, curve: bool = False
-) -> dict[str, np.ndarray]:
+def compared(model: SolidSurrogate, dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Predictions of some trajectories of a data set, with the `errors` (batch, 4) of their targets.
 
     Returns:
-        What `SolidSurrogate.predict_many` does, and `errors`, `kinds` and the true `SCALARS` as `true_...`.
+        What `SolidSurrogate.predict_many` does, and `errors`, `curve_errors`, `kinds`, the true `SCALARS` as
+        `true_...` and the `true_force` at the predicted steps.
     """
     protocols = {name: values[rows] for name, values in dataset.protocols.items()}
     strengths, times = (values[rows] for values in dataset.solids)
-    prediction = model.predict_many(protocols, strengths, times, curve=curve)
+    prediction = model.predict_many(protocols, strengths, times)
     true = {name: dataset.scalars[name][rows] for name in SCALARS}
     begin = dataset.grid()[0][rows, sum(dataset.counts[:2]) - 1]
     prediction["errors"] = prediction["targets"] - scalar_targets(true, begin, protocols["unloading_rate"])
     prediction["kinds"] = kinds_of(strengths, times)
+    force = prediction["true_force"] = _force_at(prediction["times"], dataset, rows)
+    units = force_units(force, prediction["pull_off_force"], dataset.counts)
+    prediction["curve_errors"] = np.arcsinh(prediction["force"] / units) - np.arcsinh(force / units)
     return prediction | {f"true_{name}": values for name, values in true.items()} | {"begin": begin}
 
 
@@ -71,13 +70,13 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
         for path in paths:
             dataset = load_dataset(path)
             parts.append(compared(model, dataset, dataset.completed[:most]))
-        features, kinds, errors = (
-            np.concatenate([part[name] for part in parts]) for name in ("features", "kinds", "errors")
+        features, kinds, *errors = (
+            np.concatenate([part[name] for part in parts]) for name in ("features", "kinds", "errors", "curve_errors")
         )
         if intervals is None:
-            intervals = SolidIntervals.fit(features, errors)
+            intervals = SolidIntervals.fit(features, *errors)
         else:
-            intervals = intervals.calibrated(features, kinds, errors)
+            intervals = intervals.calibrated(features, kinds, *errors)
     write_intervals(folder, intervals)
 
 
@@ -91,19 +90,21 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     """
     dataset = load_dataset(path)
     rows = dataset.completed
-    part = compared(model, dataset, rows, curve=True)
+    part = compared(model, dataset, rows)
     inside = np.array([not texts for texts, _ in model.reach.outside(part["features"])])
     rows, part = rows[inside], {name: values[inside] for name, values in part.items()}
     true = {name: part[f"true_{name}"] for name in SCALARS}
     since = [part["pull_off_time"] - part["begin"], true["pull_off_time"] - part["begin"]]
     compression = np.abs(part["max_compression"] - true["max_compression"])
-    differences = _curve_differences(part["times"], part["force"], dataset, rows)
+    differences = np.abs(part["force"] - part["true_force"])
     extent = np.ptp(dataset.force[rows], axis=1)
-    errors = {
-        "pull-off force": np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
-        "time since the dwell": np.abs(since[0] / since[1] - 1.0),
-        "hysteresis": np.abs(part["hysteresis"] / true["hysteresis"] - 1.0),
-        "largest compression": compression / np.maximum(np.abs(true["max_compression"]), 1.0),
+    results = (
+        np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
+        np.abs(since[0] / since[1] - 1.0),
+        np.abs(part["hysteresis"] / true["hysteresis"] - 1.0),
+        compression / np.maximum(np.abs(true["max_compression"]), 1.0),
+    )
+    errors = dict(zip(RESULTS, results, strict=True)) | {
         "curve, mean": differences.mean(axis=1) / extent,
         "curve, largest": differences.max(axis=1) / extent,
     }
@@ -113,17 +114,32 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     }
     bias = part["pull_off_force"] / true["pull_off_force"] - 1.0
     table["pull-off force"]["bias"] = 100.0 * float(np.median(bias))
-    if model.intervals is not None:
-        for coverage in COVERAGES:
-            half = model.intervals.half_widths(part["features"], part["kinds"], coverage)
-            for column, name in enumerate(list(errors)[:4]):
-                covered = np.abs(part["errors"][:, column]) <= half[:, column]
-                table[name][f"covered at {coverage:g}"] = 100.0 * float(covered.mean())
-                if coverage == COVERAGES[-1] and dataset.attributes["campaign"]["design"] != "sobol":
-                    for side, members in sides(dataset, rows).items():
-                        share = 100.0 * float(covered[members].mean()) if members.any() else np.nan
-                        table.setdefault(f"at {side}", {"count": float(members.sum())})[name] = share
+    at_sides = dataset.attributes["campaign"]["design"] != "sobol"
+    members = sides(dataset, rows) if at_sides else {}
+    for coverage in COVERAGES:
+        for name, covered in _covered(model, part, coverage).items():
+            table.setdefault(name, {})[f"covered at {coverage:g}"] = 100.0 * float(covered.mean())
+            for side, own in members.items() if coverage == COVERAGES[-1] else ():
+                share = 100.0 * float(covered[own].mean()) if own.any() else np.nan
+                table.setdefault(f"at {side}", {"count": float(own.sum())})[name] = share
     return table | {"trajectories": {"count": len(inside), "inside": 100.0 * float(inside.mean())}}
+
+
+def _covered(model: SolidSurrogate, part: dict[str, np.ndarray], coverage: float) -> dict[str, np.ndarray]:
+    """Which true results lie in their intervals, what share of the steps and which whole curves in their bands.
+
+    Returns:
+        Arrays (batch,) by the names of `RESULTS` and `BANDS`; none of a model without intervals.
+    """
+    if model.intervals is None:
+        return {}
+    half, shape = model.intervals.half_widths(part["features"], part["kinds"], coverage)
+    results = np.abs(part["errors"]) <= half[:, : len(RESULTS)]
+    steps, curves = (
+        np.abs(part["curve_errors"]) <= shape * half[:, len(RESULTS) + band, np.newaxis] for band in range(len(BANDS))
+    )
+    covered = [*results.T, steps.mean(axis=1), curves.all(axis=1)]
+    return dict(zip((*RESULTS, *BANDS), covered, strict=True))
 
 
 def sides(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -139,47 +155,15 @@ def sides(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
     return members
 
 
-def judged_by_call(model: Surrogate, path: Path) -> dict[str, dict[str, float]]:
-    """The same of `fast` or `accurate` on standard linear solids, but for the largest compression."""
-    dataset = load_dataset(path)
-    rows = dataset.completed
-    columns = zip(*(dataset.protocols[name][rows].tolist() for name in QUANTITIES[1:]), strict=True)
-    protocols = [LoadingProtocol(**dict(zip(QUANTITIES[1:], row, strict=True))) for row in columns]
-    contacts = zip(dataset.protocols["tabor"][rows].tolist(), dataset.modulus_ratios[rows].tolist(), strict=True)
-    scenes = [Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()) for tabor, ratio in contacts]
-    begin = dataset.grid()[0][rows, sum(dataset.counts[:2]) - 1]
-    predictions = model.predict(scenes, protocols)
-    table = {}
-    for label, name, interval, since in (
-        ("pull-off force", "pull_off_force", "pull_off_interval", 0.0),
-        ("time since the dwell", "pull_off_time", "pull_off_time_interval", begin),
-        ("hysteresis", "hysteresis", "hysteresis_interval", 0.0),
-    ):
-        true = dataset.scalars[name][rows]
-        values = np.array([getattr(prediction, name) for prediction in predictions])
-        low, high = np.array([getattr(prediction, interval) for prediction in predictions]).T
-        errors = np.abs((values - since) / (true - since) - 1.0)
-        table[label] = {f"{100 * level:g}": 100.0 * float(np.quantile(errors, level)) for level in QUANTILES}
-        table[label]["covered at 0.9"] = 100.0 * float(np.mean((low <= true) & (true <= high)))
-    times, force = (np.array([getattr(entry, name) for entry in predictions]) for name in ("time", "force"))
-    differences = _curve_differences(times, force, dataset, rows) / np.ptp(dataset.force[rows], axis=1)[:, np.newaxis]
-    for label, values in (("mean", differences.mean(axis=1)), ("largest", differences.max(axis=1))):
-        table[f"curve, {label}"] = {
-            f"{100 * level:g}": 100.0 * float(np.quantile(values, level)) for level in QUANTILES
-        }
-    return table | {"trajectories": {"count": len(rows), "inside": 100.0}}
-
-
-def _curve_differences(times: np.ndarray, force: np.ndarray, dataset: Dataset, rows: np.ndarray) -> np.ndarray:
-    """Absolute differences of forces at steps (batch, steps) from the true ones, which are interpolated there."""
+def _force_at(times: np.ndarray, dataset: Dataset, rows: np.ndarray) -> np.ndarray:
+    """True forces of some trajectories at instants (batch, steps), interpolated phase by phase."""
     ends = np.cumsum([0, *dataset.counts])
     phases = [slice(max(begin - 1, 0), end) for begin, end in pairwise(ends)]
-    differences = np.empty(force.shape)
+    force = np.empty(times.shape)
     for row, (instants, true) in enumerate(zip(dataset.grid()[0][rows], dataset.force[rows], strict=True)):
         for phase in phases:
-            interpolated = PchipInterpolator(instants[phase], true[phase])(times[row, phase])
-            differences[row, phase] = np.abs(force[row, phase] - interpolated)
-    return differences
+            force[row, phase] = PchipInterpolator(instants[phase], true[phase])(times[row, phase])
+    return force
 
 
 def printed(table: dict[str, dict[str, float]]) -> str:
@@ -220,21 +204,16 @@ def main() -> None:
         ("judge", "data sets at accuracy 1e-3, one for each place"),
     ):
         parser.add_argument(f"--{name}", type=Path, nargs="+", default=[], help=text)
-    parser.add_argument(
-        "--beside", type=Path, help="folder of `fast`, to judge it where solids are standard linear ones"
-    )
     parser.add_argument("--out", type=Path, help="JSON file for what --judge prints")
     chosen = parser.parse_args()
     if bool(chosen.fit) != bool(chosen.calibrate):
         parser.error("--fit and --calibrate must be given together")
     if chosen.calibrate:
         calibrate(chosen.folder, chosen.fit, chosen.calibrate)
-    model, result = SolidSurrogate.load(chosen.folder), {"places": {}, "beside": {}}
+    model, result = SolidSurrogate.load(chosen.folder), {"places": {}}
     for path in chosen.judge:
         result["places"][path.stem] = judged(model, path)
-        if chosen.beside is not None and load_dataset(path).solids[0].shape[1] == 1:
-            result["beside"][f"{chosen.beside.name}, {path.stem}"] = judged_by_call(load(chosen.beside), path)
-    for name, table in (result["places"] | result["beside"]).items():
+    for name, table in result["places"].items():
         print(f"{name}\n{printed(table)}")
     if chosen.out is not None:
         result |= {"milliseconds": milliseconds(model, chosen.judge[0])}

@@ -252,24 +252,37 @@ def test_damaged_file_is_refused(folder, tmp_path):
 
 
 def noisy(random, count):
-    """Features whose errors grow with the first of them, more for broad spectra."""
+    """Features whose errors grow with the first of them, more for broad spectra; those of the curve along the steps."""
     features, kinds = random.normal(size=(count, 3)), random.choice([0, 1], count)
-    errors = np.exp(features[:, :1]) * random.normal(size=(count, 2)) * (1.0 + kinds)[:, np.newaxis]
-    return features, kinds, errors
+    sizes = np.exp(features[:, :1]) * (1.0 + kinds)[:, np.newaxis]
+    return (
+        features,
+        kinds,
+        sizes * random.normal(size=(count, 2)),
+        sizes * random.normal(size=(count, 6)) * np.arange(6),
+    )
 
 
-def test_intervals_cover_every_group_and_kind():
+def test_intervals_and_bands_cover_every_group_and_kind():
     random = np.random.default_rng(3)
-    features, _, errors = noisy(random, 20_000)
-    intervals = SolidIntervals.fit(features, errors).calibrated(*noisy(random, 20_000))
-    features, kinds, errors = noisy(random, 20_000)
-    covered = np.abs(errors) <= intervals.half_widths(features, kinds, 0.9)
+    features, _, *errors = noisy(random, 20_000)
+    intervals = SolidIntervals.fit(features, *errors).calibrated(*noisy(random, 20_000))
+    features, kinds, errors, curve_errors = noisy(random, 20_000)
+    half, shape = intervals.half_widths(features, kinds, 0.9)
+    results = np.abs(errors) <= half[:, :2]
+    steps, curves = (np.abs(curve_errors) <= shape * half[:, row, np.newaxis] for row in (2, 3))
     groups = intervals.groups(features)
     for kind in (kinds == 0, kinds == 1):
         for group in range(5):
-            assert 0.87 < covered[(groups[:, 0] == group) & kind, 0].mean() < 0.95
+            assert 0.87 < results[(groups[:, 0] == group) & kind, 0].mean() < 0.95
+            members = (groups[:, 2] == group) & kind
+            assert 0.87 < steps[members].mean() < 0.95
+            assert 0.87 < curves[members].all(axis=1).mean() < 0.95
+    # Errors grow along the steps, and so do the bands.
+    assert np.all(np.diff(shape, axis=1) > 0.0)
     again = SolidIntervals.of_arrays(intervals.as_arrays())
-    np.testing.assert_array_equal(again.half_widths(features, kinds, 0.8), intervals.half_widths(features, kinds, 0.8))
+    for values, expected in zip(again.half_widths(features, kinds, 0.9), (half, shape), strict=True):
+        np.testing.assert_array_equal(values, expected)
 
 
 def test_sides_are_the_outermost_fifths(data):
@@ -287,10 +300,10 @@ def test_sides_are_the_outermost_fifths(data):
 
 def test_kind_without_calibration_has_wide_intervals():
     random = np.random.default_rng(4)
-    features, _, errors = noisy(random, 2_000)
-    intervals = SolidIntervals.fit(features, errors)
-    intervals = intervals.calibrated(features, np.zeros(len(features), int), errors)
-    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9) for kind in (0, 2))
+    features, _, *errors = noisy(random, 2_000)
+    intervals = SolidIntervals.fit(features, *errors)
+    intervals = intervals.calibrated(features, np.zeros(len(features), int), *errors)
+    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9)[0] for kind in (0, 2))
     assert np.all(many > 50.0 * few)
     assert len(KINDS) == 3
 
@@ -300,11 +313,18 @@ def test_intervals_are_those_of_the_folder(folder, tmp_path):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
     random = np.random.default_rng(5)
     features = SolidSurrogate.load(folder).reach.mean + random.normal(size=(3000, len(FEATURES)))
-    errors = 0.01 * random.normal(size=(3000, 4))
-    fitted = SolidIntervals.fit(features, errors).calibrated(features, np.zeros(3000, int), errors)
+    errors = 0.01 * random.normal(size=(3000, 4)), 0.02 * random.normal(size=(3000, 102))
+    fitted = SolidIntervals.fit(features, *errors).calibrated(features, np.zeros(3000, int), *errors)
     write_intervals(tmp_path, fitted)
     trajectory = SolidSurrogate.load(tmp_path).predict(Scene(1.0, SOLID), PROTOCOL)
     low, high = trajectory.pull_off_interval
     assert low < trajectory.pull_off_force < high
     assert high - low < trajectory.pull_off_force
-    assert trajectory.force_lower is None
+    assert np.all(trajectory.force_lower < trajectory.force)
+    # The band of whole curves is the wider one, absolute before the unloading, where forces are those of adhesion.
+    assert np.all(trajectory.curve_upper > trajectory.force_upper)
+    np.testing.assert_allclose(
+        np.sinh(np.arcsinh(trajectory.force_lower) + np.arcsinh(trajectory.force_upper))[:30],
+        np.sinh(2.0 * np.arcsinh(trajectory.force))[:30],
+        rtol=1e-9,
+    )
