@@ -1,6 +1,6 @@
 """Sequence models that predict the force history of the contact solver from the indentation history.
 
-`"fast"` and `"accurate"` predict protocols on any standard linear solid, with bands. The 18 paper models, six families
+`"fast"` and `"accurate"` predict protocols on any linear solid, with intervals. The 18 paper models, six families
 with three conditionings on the Tabor parameter each, are named ``"M1-concat"`` to ``"M6-gated"``. All quantities are
 dimensionless as in the paper; forces are positive in tension.
 

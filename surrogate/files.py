@@ -1,8 +1,7 @@
 """Folders of trained models: where they are found, and what they must hold.
 
 A name is searched for in `published/models` of the repository, then in `published/models` of the working directory,
-then among the models packaged with an installation; `fast`, `accurate` and `any-solid` in `published/pretrained`
-instead.
+then among the models packaged with an installation; `fast` and `accurate` in `published/pretrained` instead.
 """
 
 from __future__ import annotations
@@ -22,17 +21,13 @@ from surrogate.onnx.file import ONNX_NAME, sha256
 WEIGHTS = "model.weights.h5"
 STAGES = "stages.npz"
 """File of a model of any linear solid (`surrogate.solids`)."""
-SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", "bands.npz", STAGES, "intervals.npz")
+SUMMED = (WEIGHTS, ONNX_NAME, "scaling.json", STAGES, "intervals.npz")
 """Files whose SHA-256 sums are in `run.json`, in the entry `sha256`, with that of all else in `run.json`."""
-BANDED = ("fast", "accurate")
-"""Names of the models that know any standard linear solid, and have bands."""
-ANY_SOLID = "any-solid"
-"""Name of the model that knows any linear solid."""
-PRETRAINED = (*BANDED, ANY_SOLID)
-TRAINED_BY = dict.fromkeys(BANDED, "make pretrained") | {ANY_SOLID: "make any-solid"}
+PRETRAINED = ("fast", "accurate")
+"""Names of the models that know any linear solid, and their own uncertainty."""
 
 PUBLISHED = Path(__file__).resolve().parents[1] / "published" / "models"
-PUBLISHED_BANDED = PUBLISHED.with_name("pretrained")
+PUBLISHED_PRETRAINED = PUBLISHED.with_name("pretrained")
 PACKAGED = Path(__file__).resolve().parent / "models"
 
 
@@ -57,7 +52,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             where = "is a directory without run.json" if path.is_dir() else "does not exist"
             raise FileNotFoundError(f"name must be an ONNX file; received {path}, which {where}")
         return path
-    roots = model_roots(root, banded=name in PRETRAINED)
+    roots = model_roots(root, pretrained=name in PRETRAINED)
     for directory in roots if named else ():
         if (directory / path).is_dir():
             return directory / path
@@ -70,18 +65,18 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         available = listed(sorted({*names(), *trained, *PRETRAINED}), name)
         raise ValueError(f"name must be ./NAME for a folder, or one of {available}; received {shown(name)}")
     elsewhere = "" if PUBLISHED.is_dir() else "a clone of the repository has the published ones (--models FOLDER), and "
+    command = "make pretrained" if name in PRETRAINED else f"surrogate train {name}"
     raise FileNotFoundError(
-        f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}"
-        f"`{TRAINED_BY.get(str(name), f'surrogate train {name}')}` trains it; received a name without a "
-        f"model; trained there: {', '.join(trained) or 'none'}"
+        f"a trained {name} must be in {' or '.join(map(str, roots))}; {elsewhere}`{command}` trains it; received a "
+        f"name without a model; trained there: {', '.join(trained) or 'none'}"
     )
 
 
-def model_roots(root: str | Path | None = None, *, banded: bool = False) -> list[Path]:
-    """Return the directories that are searched for the name of a model, of one with bands or not, in this order."""
+def model_roots(root: str | Path | None = None, *, pretrained: bool = False) -> list[Path]:
+    """Return the directories that are searched for the name of a model of the paper, or of a pretrained one."""
     if root is not None:
         return [Path(root)]
-    published = PUBLISHED_BANDED if banded else PUBLISHED
+    published = PUBLISHED_PRETRAINED if pretrained else PUBLISHED
     # An installed package trains models into the working directory.
     return list(dict.fromkeys([published, Path("published", published.name).absolute(), PACKAGED]))
 

@@ -6,17 +6,13 @@ ONNX file of `surrogate export` has its own (`surrogate.onnx.file`).
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
-
-import numpy as np
 
 from bem._support.validation import whole_number
 from bem._support.wording import shown
 from surrogate.data.scaling import Scaling
-from surrogate.files import BANDED, STAGES, WEIGHTS, existing, find_model, read_intact, read_run
-from surrogate.intervals import Bands
+from surrogate.files import STAGES, WEIGHTS, existing, find_model, read_intact, read_run
 from surrogate.model import Surrogate
 from surrogate.networks import Network, OnnxNetwork, keras_network
 from surrogate.onnx import file as onnx_file
@@ -32,7 +28,7 @@ EXPORTED = "the file must be an ONNX file of `surrogate export`"
 
 @overload
 def load(  # type: ignore[overload-overlap]  # a text that is not known may be this one
-    name: Literal["any-solid"], root: str | Path | None = None
+    name: Literal["fast", "accurate"], root: str | Path | None = None
 ) -> SolidSurrogate: ...
 @overload
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate: ...
@@ -42,10 +38,9 @@ def load(
     """Load a trained model.
 
     Args:
-        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; `"any-solid"`,
-            which knows any linear solid and the uncertainty of its scalar results; name of a published model, path of a
-            model directory that `surrogate train` wrote (`./NAME` in the working directory), or path of an ONNX file
-            that `surrogate export` wrote.
+        name: `"fast"` or `"accurate"`, which know any linear solid and their own uncertainty; name of a published model
+            of the paper, path of a model directory that `surrogate train` wrote (`./NAME` in the working directory), or
+            path of an ONNX file that `surrogate export` wrote.
         root: Directory that is searched for names. By default `published` of the repository, then `published` of the
             working directory, then the models packaged with an installation.
         backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
@@ -53,9 +48,9 @@ def load(
         threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
 
     Returns:
-        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
-        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces. Of `"any-solid"` a
-        `SolidSurrogate` (`surrogate.solids`), whose `predict` is like it.
+        A `Surrogate`; of `"fast"` and `"accurate"` a `SolidSurrogate` (`surrogate.solids`). `predict(scene, protocol)`
+        returns a trajectory, or a list of them for many, those of a `SolidSurrogate` with intervals and bands;
+        `predict_history(times, indentations, scene)` of a `Surrogate` returns forces.
 
     Raises:
         FileNotFoundError: the model directory or one of its files does not exist.
@@ -73,26 +68,7 @@ def load(
         from surrogate.solids import SolidSurrogate  # it compiles kernels
 
         return SolidSurrogate.load(source)
-    if name in BANDED or (source / "bands.npz").is_file():
-        if backend != "onnx":
-            raise ValueError(f"backend must be 'onnx' for {name}; received {backend!r}")
-        return load_banded(source, threads)
     return Surrogate(_network(source, backend, threads))
-
-
-def load_banded(folder: Path, threads: int = 1) -> Surrogate:
-    """Load the folder of a model with bands, `fast` or `accurate`.
-
-    Raises:
-        FileNotFoundError: a file is missing.
-        ValueError: a file is damaged.
-    """
-    run, scaling = read_run(folder)
-    network = OnnxNetwork(read_intact(folder / onnx_file.ONNX_NAME, run), scaling, folder.name, threads)
-    network.steps = run.get("steps", network.steps)
-    with np.load(io.BytesIO(read_intact(folder / "bands.npz", run))) as arrays:
-        bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
-    return Surrogate(network, steps="physical", counts=tuple(run["counts"]), bands=bands)
 
 
 def _network(source: Path, backend: str, threads: int) -> Network:
@@ -119,9 +95,6 @@ def _exported(path: Path, threads: int) -> OnnxNetwork:
     file_bytes = path.read_bytes()
     session = onnx_file.session_of(file_bytes, threads) if onnx_file.is_intact(file_bytes) else None
     metadata = session.get_modelmeta().custom_metadata_map if session else {}
-    if metadata.get("format") == onnx_file.PRETRAINED_FORMAT:
-        reason = f"which holds the pretrained model {metadata['name']} for other programs; load it by its name"
-        raise ValueError(f"{EXPORTED}; received {path}, {reason}")
     if (metadata.get("format"), metadata.get("format_version")) != FORMAT:
         reason = f"which is not one, is damaged, or is not of version {FORMAT[1]}; export it again"
         raise ValueError(f"{EXPORTED}; received {path}, {reason}")

@@ -1,14 +1,12 @@
-"""The networks behind a predictor: a complete ONNX file, a Keras model, and an ONNX file of the network alone.
+"""The networks behind a predictor: an ONNX file, or a Keras model.
 
-All map times, indentations and edge marks of shape `(batch, steps)`, Tabor parameters and modulus ratios of shape
-`(batch,)` to forces of shape `(batch, steps)`. All are physical (not scaled) and float64. A complete file computes
-features and scaling itself; the others share those of `surrogate.data`.
+Both map times, indentations and edge marks of shape `(batch, steps)` and Tabor parameters of shape `(batch,)` to forces
+of shape `(batch, steps)`. All are physical (not scaled) and float64. The file computes features and scaling itself.
 """
 
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +23,7 @@ from surrogate.onnx.file import session_of
 if TYPE_CHECKING:
     import keras
 
-FILE_BATCH, KERAS_BATCH, NETWORK_BATCH = 256, 512, 128
+FILE_BATCH, KERAS_BATCH = 256, 512
 """Trajectories in a batch. Larger ones do not fit into the caches and are not faster."""
 
 BLOCKS = {"residual_tcn_block", "encoder_block"}
@@ -43,44 +41,25 @@ class Network:
     """
 
     batch: int
-    steps: Sequence[int] | slice = slice(None)
-    """Steps whose channels the network reads; those of all others are passed as zeros."""
 
     def __init__(self, scaling: Scaling, name: str) -> None:
         self.scaling, self.name = scaling, name
 
-    def force(
-        self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, ratio: np.ndarray | None, edge: np.ndarray
-    ) -> np.ndarray:
-        """Return the physical forces of shape `(batch, steps)`; the modulus ratios may be missing where none is needed.
+    def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`.
 
         Raises:
             ValueError: the backend cannot compute them, for example because attention over a long history exceeds the
                 memory.
         """
-        inputs = [times, indentations, tabor, ratio, edge]
+        inputs = [times, indentations, tabor, edge]
         parts = [
-            self._force(*(None if array is None else array[at : at + self.batch] for array in inputs))
-            for at in range(0, len(times), self.batch)
+            self._force(*(array[at : at + self.batch] for array in inputs)) for at in range(0, len(times), self.batch)
         ]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
-    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
+    def _force(self, times: Any, indentations: Any, tabor: Any, edge: Any) -> np.ndarray:
         """Return the forces of one batch."""
-        if ratio is None:
-            ratio = self.scaling.modulus_ratio
-        physical = channels(times, indentations, edge, self.scaling.features, tabor=tabor, modulus_ratio=ratio)
-        sequence = np.zeros(physical.shape, np.float32)
-        sequence[:, self.steps] = self.scaling.scale_channels(physical[:, self.steps])
-        return self.scaling.unscale_force(self.scaled(sequence, self.scaling.scale_tabor(tabor)))
-
-    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Return the scaled force of shape `(batch, steps)`.
-
-        Args:
-            sequence: Scaled channels of shape `(batch, steps, channels)`.
-            tabor: Scaled Tabor parameters of shape `(batch, 1)`.
-        """
         raise NotImplementedError
 
     def content(self) -> bytes:
@@ -89,16 +68,16 @@ class Network:
 
 
 class OnnxNetwork(Network):
-    """A file of `surrogate.onnx.export`, complete or of the network alone, and its session.
+    """A file of `surrogate.onnx.export`, and its session.
 
     A pickled one carries the file, which another process may lack.
     """
 
+    batch = FILE_BATCH
+
     def __init__(self, model_bytes: bytes, scaling: Scaling, name: str, threads: int = 1, session: Any = None) -> None:
         super().__init__(scaling, name)
         self._content, self.threads, self.session = model_bytes, threads, session or session_of(model_bytes, threads)
-        self.complete = self.session.get_inputs()[0].name == "times"
-        self.batch = FILE_BATCH if self.complete else NETWORK_BATCH
 
     def __getstate__(self) -> dict[str, Any]:
         return vars(self) | {"session": None}
@@ -110,26 +89,14 @@ class OnnxNetwork(Network):
         """Return the file."""
         return self._content
 
-    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
-        if not self.complete:
-            return super()._force(times, indentations, tabor, ratio, edge)
-        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
-        return self._run({name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()})
-
-    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """See `Network.scaled`."""
-        batch, steps, width = sequence.shape
-        inputs = np.empty((steps, batch, width + 1), dtype=np.float32)
-        inputs[..., :-1], inputs[..., -1] = sequence.transpose(1, 0, 2), tabor[:, 0]
-        return self._run({"inputs": inputs}).T
-
-    def _run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    def _force(self, times: Any, indentations: Any, tabor: Any, edge: Any) -> np.ndarray:
+        arrays = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
+        inputs = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in arrays.items()}
         try:
             forces: np.ndarray = self.session.run(["force"], inputs)[0]
         except Exception as error:
-            shape = max((np.shape(values) for values in inputs.values()), key=len)
             raise ValueError(
-                f"histories must fit {self.name} and the memory; received shape {shape} ({shortened(str(error))})"
+                f"histories must fit {self.name} and the memory; received shape {times.shape} ({shortened(str(error))})"
             ) from error
         return forces
 
@@ -143,8 +110,17 @@ class KerasNetwork(Network):
         super().__init__(scaling, name)
         self.model = model
 
+    def _force(self, times: Any, indentations: Any, tabor: Any, edge: Any) -> np.ndarray:
+        sequence = self.scaling.scale_channels(channels(times, indentations, edge, self.scaling.features))
+        return self.scaling.unscale_force(self.scaled(sequence, self.scaling.scale_tabor(tabor)))
+
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """See `Network.scaled`."""
+        """Return the scaled force of shape `(batch, steps)`.
+
+        Args:
+            sequence: Scaled channels of shape `(batch, steps, channels)`.
+            tabor: Scaled Tabor parameters of shape `(batch, 1)`.
+        """
         return np.asarray(self.model.predict_on_batch([sequence, tabor]))[..., 0]
 
 

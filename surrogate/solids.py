@@ -30,8 +30,7 @@ from surrogate.data.fronts import front_steps, places
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import PROTOCOL, forces_without_adhesion, solid_features
 from surrogate.files import STAGES, read_intact, read_record, write_run
-from surrogate.intervals import LEVELS
-from surrogate.solid_intervals import SolidIntervals, kinds_of
+from surrogate.intervals import LEVELS, SolidIntervals, kinds_of
 from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
 from surrogate.validity import OTHERWISE, ExtrapolationWarning, Scenes, tabor_parameters
 

@@ -20,7 +20,7 @@ from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.cli.predict_si import UnitGroup, predict_si
-from surrogate.files import ANY_SOLID, BANDED, find_model, model_roots, read_run, write_run
+from surrogate.files import PRETRAINED, find_model, model_roots, read_run, write_run
 from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.stopping import STOPPED, stop_request
 
@@ -159,13 +159,13 @@ app.command("predict-si")(predict_si)
 
 @app.command()
 def export(
-    name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or folder (./NAME).")],
+    name: Annotated[str, typer.Argument(help="Name of a published model of the paper, or folder (./NAME).")],
     file_format: Annotated[
         str | None, typer.Option("--format", help="onnx or keras. Default: by the name of the file.")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="The file. Default: model.onnx in the model directory; fast, accurate and keras need it."),
+        typer.Option(help="The file. Default: model.onnx in the model directory; .keras needs it."),
     ] = None,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
@@ -176,24 +176,21 @@ def export(
     `keras.saving.load_model` reads it after `import surrogate.architectures.layers`.
     """
     import surrogate
-    from surrogate.loading import load_banded
 
     if file_format not in (None, "onnx", "keras"):
         raise ValueError(f"--format must be onnx or keras; received {shown(file_format)}")
     require_suffix(out, (".onnx", ".keras") if file_format is None else (f".{file_format}",))
     as_keras = out.suffix == ".keras" if out is not None else file_format == "keras"
-    if name == ANY_SOLID:
+    if name in PRETRAINED:
         raise ValueError(
-            f"NAME must be a model of steps; received {name}, whose features are integrals along the protocol: it has "
-            "no ONNX file, and `fast` is what other programs run"
+            f"NAME must be a model of the paper's kind; received {name}, whose features are integrals along the "
+            "protocol: it has no ONNX file"
         )
-    if name in BANDED and as_keras:
-        raise ValueError(f"--format must be onnx for {name}; received keras")
     folder = find_model(name, models)
     if not folder.is_dir():
         raise ValueError(f"NAME must be a model directory; received {folder}")
-    if out is None and (as_keras or name in BANDED):
-        raise ValueError("--out must name the file for .keras, fast and accurate; received no --out")
+    if out is None and as_keras:
+        raise ValueError("--out must name the file for .keras; received no --out")
     load_architectures(architecture or ())
     written = folder / "model.onnx" if out is None else out
     with Outputs(written) as outputs:
@@ -203,11 +200,7 @@ def export(
                 model.save(temporary)
         else:
             model_bytes = None
-            if folder.name in BANDED:
-                from surrogate.onnx.intervals_graph import banded_content
-
-                model_bytes = banded_content(load_banded(folder))
-            elif out is not None:  # the present file, which takes no Keras, if it belongs to the others
+            if out is not None:  # the present file, which takes no Keras, if it belongs to the others
                 with suppress(ValueError, FileNotFoundError):
                     model_bytes = surrogate.load(folder).network.content()
             if model_bytes is None:
@@ -217,7 +210,7 @@ def export(
                 model_bytes = folder_content(folder)
             with outputs.write(written) as temporary:
                 temporary.write_bytes(model_bytes)
-    if written.absolute() == (folder / "model.onnx").absolute() and folder.name not in BANDED:
+    if written.absolute() == (folder / "model.onnx").absolute():
         write_run(folder, read_run(folder)[0])
     typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
 

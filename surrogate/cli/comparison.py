@@ -44,8 +44,7 @@ class Answer:
         from bem import simulate
 
         self.simulated = simulate(self.scene, self.protocol)
-        own = model_ratio if self.predicted.modulus_ratio is None else self.predicted.modulus_ratio
-        ratios = {"modulus_ratio": self.scene.material.modulus_ratio, "model_modulus_ratio": own}
+        ratios = {"modulus_ratio": self.scene.material.modulus_ratio, "model_modulus_ratio": model_ratio}
         self.check = solver_errors(self.predicted, self.simulated) | ratios
         self.solver_force = solver_force(self.predicted.time, self.simulated)
 
@@ -54,18 +53,14 @@ def readable(number: int, curve: Any, check: dict[str, Any] | None) -> str:
     """Return one trajectory as a table with units, then band, and errors where the solver was asked."""
     intervals, notes = {}, []
     if curve.pull_off_interval is not None:
-        note = f"no band: outside the ranges that {curve.model} was trained on"
+        notes = [f"no band: outside the training of {curve.model}"]
         if not curve.extrapolated:
             intervals = {name: "{:.5g} to {:.5g}".format(*getattr(curve, name)) for name in INTERVALS}
-        if curve.force_upper is None:
-            note = f"intervals are of these results: the curve of {curve.model} has no band" if intervals else note
-        elif intervals:
             half = sorted(0.5 * (curve.force_upper - curve.force_lower))
-            note = (
+            notes = [
                 f"{100 * curve.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
                 f"the median, {half[-1]:.3g} at most; --out and --json give it"
-            )
-        notes = [note if curve.modulus_ratio is None else f"modulus ratio {curve.modulus_ratio:g}; {note}"]
+            ]
     if not curve.completed:
         return f"trajectory {number}: {curve.status}"
     rows = [

@@ -29,7 +29,7 @@ FoundOption = Annotated[
 
 
 NameArgument = Annotated[
-    str, typer.Argument(help="fast, accurate, any-solid, name of a published model, folder (./NAME), or ONNX file.")
+    str, typer.Argument(help="fast, accurate, name of a published model, folder (./NAME), or ONNX file.")
 ]
 TaborOption = Annotated[
     float | None, typer.Option(help="Tabor parameter.", show_default=f"{FIRST_TABOR:g}, without --in")
@@ -73,12 +73,12 @@ RatioOption = Annotated[
 MaterialOption = Annotated[
     str | None,
     typer.Option(
-        help="Solid for any-solid, as of `bem simulate`: elastic, sls:K, prony:C1@T1,C2@T2,..., an entry of the "
-        "materials library, or a .toml file."
+        help="Solid for fast and accurate, as of `bem simulate`: elastic, sls:K, prony:C1@T1,C2@T2,..., an entry of "
+        "the materials library, or a .toml file."
     ),
 ]
 CoverageOption = Annotated[
-    float | None, typer.Option(help="Share of true values that the bands of fast and accurate contain. Default: 0.9.")
+    float | None, typer.Option(help="Share of true values that intervals of fast and accurate contain. Default: 0.9.")
 ]
 
 
@@ -104,9 +104,9 @@ def predict(
 ) -> None:
     """Predict the force of one protocol or of many.
 
-    The models fast and accurate take protocols on any standard linear solid, and give bands; any-solid takes any linear
-    solid. Without a protocol, the paper's sample protocol (1) is predicted. With --radius, all quantities are in
-    newtons, metres and seconds: `surrogate predict-si --help` lists the options.
+    The models fast and accurate take protocols on any linear solid, and give intervals. Without a protocol, the paper's
+    sample protocol (1) is predicted. With --radius, all quantities are in newtons, metres and seconds:
+    `surrogate predict-si --help` lists the options.
 
     Example: surrogate predict accurate --modulus-ratio 0.3 --tabor 1 --peak-indentation 20 --loading-rate 10
     --dwell-time 1 --unloading-rate 10 --check --plot prediction.png
@@ -116,7 +116,7 @@ def predict(
     from bem.results.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions
-    from surrogate.cli.predict_io import of_protocols, protocols_asked, write_answers
+    from surrogate.cli.predict_io import knows_any_solid, of_protocols, protocols_asked, write_answers
     from surrogate.files import PRETRAINED
 
     require_suffix(out, (".csv", ".json"))
@@ -128,18 +128,19 @@ def predict(
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
-        if coverage is not None and model.bands is None:
+        if coverage is not None and not knows_any_solid(model):
             raise ValueError(f"--coverage must go with {' or '.join(PRETRAINED)}, which know it; received {model.name}")
+        own = None if knows_any_solid(model) else model.modulus_ratio
         ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = of_protocols(model, table, _solid(model, table, ratio, material, modulus_ratio), coverage)
         quiet = out is not None and len(answers) > 1
         refused = _warn(answers, quiet=quiet)
         for answer in answers if check else ():
-            answer.compare(model.modulus_ratio)
+            answer.compare(own)
         if out is not None:
             with outputs.write(out) as temporary:
                 write_answers(temporary, answers, None if source is None or steps else table.columns)
-        alone = len(answers) == 1 and model.modulus_ratio in (None, ratio)
+        alone = len(answers) == 1 and own in (None, ratio)
         title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
         if plot is not None:
             with outputs.write(plot) as temporary:
@@ -191,10 +192,13 @@ def _solid(model: Any, table: Table, ratio: float, material: str | None, modulus
     if material is None:
         return ratio
     from bem.cli.arguments import parse_material
-    from surrogate.files import ANY_SOLID
+    from surrogate.cli.predict_io import knows_any_solid
+    from surrogate.files import PRETRAINED
 
-    if not hasattr(model, "stages"):
-        raise ValueError(f"--material must go with {ANY_SOLID}, which knows any solid; received it for {model.name}")
+    if not knows_any_solid(model):
+        raise ValueError(
+            f"--material must go with {' or '.join(PRETRAINED)}, which know any solid; received it for {model.name}"
+        )
     if modulus_ratio is not None or RATIO in table.columns:
         raise ValueError("the solid must come from --material or from modulus ratios, not both; received both")
     return parse_material(material)
@@ -207,20 +211,22 @@ def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, ch
         ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or another
             modulus ratio than the model's without a check.
     """
-    column = RATIO in table.columns
-    if column and model.bands is None:
+    from surrogate.cli.predict_io import knows_any_solid
+
+    column, several = RATIO in table.columns, knows_any_solid(model)
+    if column and not several:
         raise ValueError(
             f"protocols must have no {RATIO} for {model.name}, which knows one material; accurate and fast know any "
-            f"standard linear solid; received a column {RATIO} in {table.path}"
+            f"solid; received a column {RATIO} in {table.path}"
         )
     if column and chosen is not None:
         raise ValueError(
             f"modulus ratios must come from --in FILE or from --modulus-ratio, not both; received {chosen!r} "
             f"and a column {RATIO} in {table.path}"
         )
-    own = model.modulus_ratio
+    own = None if several else model.modulus_ratio
     if chosen is None:
-        if check and own is None and model.bands is None:
+        if check and own is None and not several:
             typer.echo(
                 f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
                 f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",

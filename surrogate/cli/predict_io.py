@@ -21,7 +21,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +35,6 @@ from bem.problem.scene import Scene
 from surrogate.cli.comparison import Answer
 from surrogate.trajectory import INTERVALS
 from surrogate.validity import ExtrapolationWarning
-
-if TYPE_CHECKING:
-    from surrogate.model import Surrogate
 
 TRAJECTORY, MODULUS_RATIO = "trajectory", "modulus_ratio"
 BAND = ("force_lower", "force_upper")
@@ -133,14 +130,23 @@ def protocols_asked(source: Path | None, options: Sequence[float | None]) -> Tab
     return read_table(source)
 
 
-def of_protocols(model: Surrogate, table: Table, solid: Any, coverage: float | None) -> list[Answer]:
+def knows_any_solid(model: Any) -> bool:
+    """Whether a model is a `surrogate.solids.SolidSurrogate`."""
+    from surrogate.solids import SolidSurrogate  # it compiles kernels
+
+    return isinstance(model, SolidSurrogate)
+
+
+def of_protocols(model: Any, table: Table, solid: Any, coverage: float | None) -> list[Answer]:
     """Predict protocols, on one solid or modulus ratio, unless the table has a column of such ratios."""
     protocols, tabor = table.protocols(), table.columns["tabor"]
     scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [solid] * len(tabor)), strict=True)]
-    model_scenes = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
+    options: dict[str, Any] = {} if coverage is None else {"coverage": coverage}
+    one_material = not knows_any_solid(model) and model.modulus_ratio is not None
+    model_scenes = [_scene(mu, model.modulus_ratio) for mu in tabor] if one_material else scenes
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
-        trajectories = model.predict(model_scenes, protocols, coverage=0.9 if coverage is None else coverage)
+        trajectories = model.predict(model_scenes, protocols, **options)
     return [Answer(*fields) for fields in zip(scenes, protocols, trajectories, strict=True)]
 
 

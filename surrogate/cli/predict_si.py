@@ -25,7 +25,7 @@ def _option(text: str, *names: str) -> Any:
 
 
 def predict_si(
-    name: Annotated[str, typer.Argument(help="any-solid, fast, accurate, or a folder (./NAME).")],
+    name: Annotated[str, typer.Argument(help="fast, accurate, or a folder (./NAME).")],
     radius: Annotated[str, _option("Radius of the sphere, e.g. 50um; a plain number is in m.")],
     work_of_adhesion: Annotated[str, _option("e.g. 50mJ/m2; a plain number is in J/m2.")],
     peak_indentation: Annotated[str, _option("e.g. 1um.")],
@@ -46,7 +46,7 @@ def predict_si(
 
     Above a Tabor parameter of 3 an effective range of adhesion is used, since models know small ones only.
 
-    Example: surrogate predict any-solid --material polyurea --radius 5um --work-of-adhesion 50mJ/m2 --peak-indentation
+    Example: surrogate predict fast --material polyurea --radius 5um --work-of-adhesion 50mJ/m2 --peak-indentation
     50nm --loading-rate 1um/s --unloading-rate 1um/s --dwell-time 10ms
     """
     import surrogate

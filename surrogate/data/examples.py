@@ -51,14 +51,7 @@ def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features:
         ValueError: the feature set is unknown.
     """
     times, indentations = dataset.grid(indices)
-    return channels(
-        times,
-        indentations,
-        edge_from_counts(dataset.points_per_phase, len(indices)),
-        features,
-        tabor=dataset.protocols["tabor"][indices],
-        modulus_ratio=dataset.modulus_ratios(indices),
-    )
+    return channels(times, indentations, edge_from_counts(dataset.points_per_phase, len(indices)), features)
 
 
 def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:

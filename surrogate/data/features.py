@@ -12,45 +12,29 @@ C     time, indentation, velocity, acceleration   4
 D     time, indentation, velocity, edge           4
 ====  ==========================================  ========
 
-Two more are not the paper's. E adds the length of each step, which D shows only as a difference of times. F adds what
-closed forms say of any standard linear solid at little cost (`surrogate.data.physics`):
-
-====  ===============================================================================================  ========
-set   channels                                                                                         count
-====  ===============================================================================================  ========
-E     those of D, log of the step length                                                                5
-F     those of E, force of Lee and Radok, relaxed force of Hertz, indentation filtered by the solid's   12
-      two times, log of the modulus ratio, flags of loading and unloading
-====  ===============================================================================================  ========
-
 D is the default. Velocity is the backward difference of indentation over time, which is causal; the first velocity is
 zero, because the sphere starts from rest. Acceleration is the backward difference of the velocity, smoothed by an
-exponential moving average; the paper states no smoothing factor, and `surrogate.data.physics.ACCELERATION_SMOOTHING` is
-the one used here. Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section
-"Surrogate-model inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
+exponential moving average; the paper states no smoothing factor, and `ACCELERATION_SMOOTHING` is the one used here.
+Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section "Surrogate-model
+inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import lfilter
 
 from bem._support.wording import shown
 
-PHYSICS = ("lee_radok", "hertz", "memory_relaxation", "memory_retardation")
-"""Forces and memories of the solid (`surrogate.data.physics`, which is imported only where channels are asked for)."""
+ACCELERATION_SMOOTHING = 0.3
+"""Weight of the newest value in the moving average of the acceleration."""
 
 FEATURE_SETS: dict[str, tuple[str, ...]] = {
     "A": ("time", "indentation"),
     "B": ("time", "indentation", "velocity"),
     "C": ("time", "indentation", "velocity", "acceleration"),
     "D": ("time", "indentation", "velocity", "edge"),
-    "E": ("time", "indentation", "velocity", "edge", "log_step"),
 }
-FEATURE_SETS["F"] = (*FEATURE_SETS["E"], *PHYSICS, "log_modulus_ratio", "loading", "unloading")
-
-NEEDS_MATERIAL = ("F",)
-"""Sets whose channels depend on the Tabor parameter and the modulus ratio."""
-
 PLATEAU_TOLERANCE = 1e-9
 """Largest change between two points of a plateau, relative to the largest indentation; it allows for rounding."""
 
@@ -121,40 +105,33 @@ def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.n
     return edge
 
 
-def channels(
-    times: np.ndarray,
-    indentations: np.ndarray,
-    edge: np.ndarray,
-    features: str = "D",
-    *,
-    tabor: np.ndarray | float | None = None,
-    modulus_ratio: np.ndarray | float | None = None,
-) -> np.ndarray:
+def channels(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, features: str = "D") -> np.ndarray:
     """Return the physical (unscaled) channels of a feature set.
 
     Args:
         times: A 2D array of shape `(batch, steps)`, strictly increasing along the steps.
         indentations: An array of the same shape.
         edge: An array of the same shape, from `edge_from_indentations` or `edge_from_counts`.
-        features: The feature set, `"A"` to `"F"`.
-        tabor: Tabor parameters of shape `(batch,)`, for `"F"`.
-        modulus_ratio: Modulus ratios of shape `(batch,)`, or one for all, for `"F"`.
+        features: The feature set, `"A"` to `"D"`.
 
     Returns:
         A 3D array of shape `(batch, steps, channels)`, float64.
 
     Raises:
-        ValueError: the feature set is unknown, or it needs the material and this is not given.
+        ValueError: the feature set is unknown.
     """
     names = channel_names(features)
-    if features not in NEEDS_MATERIAL:
-        tabor, modulus_ratio = np.nan, np.nan
-    elif tabor is None or modulus_ratio is None:
-        raise ValueError(f"tabor and modulus_ratio must be given for feature set {features}; received none")
-    from surrogate.data.physics import FIELDS, of_histories
+    since = times - times[:, :1]
+    velocity = _slope(since, indentations)
+    columns = {"time": since, "indentation": indentations, "velocity": velocity, "edge": edge}
+    if "acceleration" in names:
+        weights = [ACCELERATION_SMOOTHING], [1.0, ACCELERATION_SMOOTHING - 1.0]
+        columns["acceleration"] = lfilter(*weights, _slope(since, velocity), axis=1)
+    return np.stack([columns[name] for name in names], axis=2).astype(np.float64)
 
-    histories = [np.ascontiguousarray(array, dtype=np.float64) for array in (times, indentations, edge)]
-    solids = np.empty((2, len(times)))
-    solids[0], solids[1] = tabor, modulus_ratio
-    values: np.ndarray = of_histories(*histories, *solids, np.array([FIELDS.index(name) for name in names]))
-    return values
+
+def _slope(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Backward differences along the steps; the first one is zero."""
+    slope = np.zeros(values.shape)
+    slope[:, 1:] = np.diff(values) / np.diff(times)
+    return slope

@@ -2,10 +2,9 @@
 
 Source: the paper's section "Surrogate-model inputs and targets". With symlog(x) = sign(x) log(1 + |x|), time is
 transformed twice; indentation, Tabor parameter and force are transformed once. The paper does not say how velocity and
-acceleration are transformed; both span decades, so they are transformed once here, and so are the forces and filtered
-indentations of set F. Flags, and channels that are logarithms already, are not transformed. Each channel, the Tabor
-parameter and the force are then standardised: the mean of the *training* set is
-subtracted, and the difference is divided by its standard deviation.
+acceleration are transformed; both span decades, so they are transformed once here. The edge is not transformed. Each
+channel, the Tabor parameter and the force are then standardised: the mean of the *training* set is subtracted, and the
+difference is divided by its standard deviation.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ import numpy as np
 
 from bem._support.text_files import parse_json, read_text
 from bem._support.wording import shortened
-from surrogate.data.features import PHYSICS, channel_names
+from surrogate.data.features import channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
@@ -30,8 +29,7 @@ MOMENTS = ("channel_mean", "channel_scale", "tabor", "force")
 PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
 """Modulus ratio by `TrajectoryDataset.sha256`, for models whose `ranges` were saved without the modulus ratio."""
 
-SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0, "log_step": 0}
-SYMLOG_PASSES |= dict.fromkeys(PHYSICS, 1) | {"log_modulus_ratio": 0, "loading": 0, "unloading": 0}
+SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
 """How many times each channel is transformed by `symlog`."""
 
 
@@ -196,17 +194,17 @@ class Scaling:
 
 def _transformed(channels: np.ndarray, features: str) -> np.ndarray:
     """Return channels of shape `(..., steps, channels)` before they are standardised, float64."""
-    from surrogate.data.physics import transformed  # compiled, so imported by the first call
-
     names = channel_names(features)
     if channels.shape[-1] != len(names):
         raise ValueError(
             f"channels must be {len(names)} ({', '.join(names)}) for feature set {features}; "
             f"received an array of shape {channels.shape}"
         )
-    passes = np.array([SYMLOG_PASSES[name] for name in names])
-    values: np.ndarray = transformed(channels.reshape(-1, len(names)), passes)
-    return values.reshape(channels.shape)
+    values = np.array(channels, dtype=np.float64)
+    for column, name in enumerate(names):
+        for _ in range(SYMLOG_PASSES[name]):
+            values[..., column] = symlog(values[..., column])
+    return values
 
 
 def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:

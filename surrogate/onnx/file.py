@@ -21,8 +21,6 @@ OPSET, IR_VERSION = 17, 8
 ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
 ONNX_NAME = "model.onnx"
-PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
-"""Format of the files of `surrogate.onnx.intervals_graph.banded_content`, which other programs run."""
 
 KEY = b"content_sha256"
 _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"

@@ -173,7 +173,7 @@ def folder_content(folder: Path) -> bytes:
     )
     if split_name(run["architecture"])[0] in REGISTERED:  # tests compare the 18 paper models with Keras
         protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
-        inputs = (*measurement_grid(**protocols), protocols["tabor"], None, edge_from_counts(FMS, 3))
+        inputs = (*measurement_grid(**protocols), protocols["tabor"], edge_from_counts(FMS, 3))
         expected, predicted = network.force(*inputs), OnnxNetwork(model_bytes, scaling, run["name"]).force(*inputs)
         differences = np.abs(predicted - expected).max(axis=1) / np.ptp(expected, axis=1)
         if not differences.max() <= AGREEMENT:

@@ -30,7 +30,7 @@ from bem._support.provenance import provenance
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import OUTERMOST
 from bem.dataset.file import Dataset, load_dataset
-from surrogate.solid_intervals import BANDS, SolidIntervals, kinds_of
+from surrogate.intervals import BANDS, SolidIntervals, kinds_of
 from surrogate.solids import SCALARS, SolidSurrogate, force_units, scalar_targets, write_intervals
 
 COVERAGES = (0.5, 0.9)

@@ -16,7 +16,7 @@ from surrogate.data.fronts import front_steps, places
 from surrogate.data.polynomial import Polynomial
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
-from surrogate.solid_intervals import KINDS, SolidIntervals, kinds_of
+from surrogate.intervals import KINDS, SolidIntervals, kinds_of
 from surrogate.solids import (
     SCALARS,
     SolidSurrogate,
