@@ -3,10 +3,10 @@
 There are three kinds. The first are the paper's twelve canonical protocols (its timing table), simulated at the
 accuracy of the data set. The second are trajectories of the published data set on which no model was trained: the
 held-out protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of
-them cover the whole box. One file has both on the measurement steps of the data set. Another file has them on the
-physical steps of the pretrained models, simulated, and the third kind: protocols on other standard linear solids, drawn
-in the ranges of the pretrained models with a seed of their own. A third file has the moving contact of all of them:
-surface and traction over the radius at some instants, as whole numbers in base64.
+them cover the whole box. One file has both on the measurement steps of the data set. Another file has them on
+steps around their pull-off, simulated, and the third kind: protocols on other standard linear solids, drawn in the
+ranges of the pretrained model with a seed of their own. A third file has the moving contact of all of them: surface and
+traction over the radius at some instants, as whole numbers in base64.
 
 Usage: `python -m experiments.demo_curves`.
 """
@@ -26,12 +26,13 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from bem import Trajectory
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.pull_off_steps import pull_off_grid
 from experiments.cases import ANY_SOLID, Case, rows_of
 from experiments.common import DATASET, MODELS, MODULUS_RATIO
 from experiments.paper_numbers import paper_rows
@@ -51,11 +52,13 @@ FRAMES, NODES, WIDER = 30, 40, 1.35
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
+# The steps follow from the pull-off time, after which a slow loading may leave little of its digits.
+RESULT_DIGITS = 12
 
 
-def rounded(values: np.ndarray) -> list[float]:
+def rounded(values: np.ndarray, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
     """Values rounded to the precision of the file."""
-    return [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.asarray(values, dtype=np.float64)]
+    return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=np.float64)]
 
 
 def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.ndarray:
@@ -88,19 +91,37 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
 
 def entry(name: str, source: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
     """One curve; `results` has the quantities `RESULTS` as attributes."""
-    numbers = dict(zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS]), strict=True))
+    numbers = dict(
+        zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS], RESULT_DIGITS), strict=True)
+    )
     return {"name": name, "kind": source, "protocol": protocol, "results": numbers, "force": rounded(force)}
 
 
-def simulated_curve(curve: dict[str, Any], grid: Callable[..., tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
-    """Simulate the protocol of an entry, and take its force at the steps of a grid.
+def equal_steps(protocol: dict[str, float], _: Trajectory) -> np.ndarray:
+    """The paper's measurement steps."""
+    return measurement_grid(**protocol)[0][0]
+
+
+def steps_around_pull_off(protocol: dict[str, float], trajectory: Trajectory) -> np.ndarray:
+    """Measurement steps around the pull-off of a trajectory, as the file has its time."""
+    ramps = {name: protocol[name] for name in QUANTITIES}
+    (time,) = rounded([trajectory.pull_off_time], RESULT_DIGITS)
+    strength = 1.0 - protocol["modulus_ratio"]
+    times, _ = pull_off_grid(**ramps, strengths=[[strength]], retardation_times=[[1.0]], pull_off_time=time)
+    return times[0]
+
+
+def simulated_curve(
+    curve: dict[str, Any], steps: Callable[[dict[str, float], Trajectory], np.ndarray]
+) -> dict[str, Any]:
+    """Simulate the protocol of an entry, and take its force at the steps of its protocol and trajectory.
 
     Raises:
         RuntimeError: The simulation did not complete.
     """
     protocol = curve["protocol"]
-    trajectory, times = Case.of(protocol).simulated(ACCURACY), grid(**protocol)[0][0]
-    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(times))
+    trajectory = Case.of(protocol).simulated(ACCURACY)
+    return entry(curve["name"], curve["kind"], protocol, trajectory, trajectory.at(steps(protocol, trajectory)))
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
@@ -161,14 +182,14 @@ def main() -> None:
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
     papers = {row["sample"]: {name: row[name] for name in QUANTITIES} for row in paper_rows("canonical_protocols")}
     entries = [{"name": f"paper-{number:g}", "kind": "paper", "protocol": ramps} for number, ramps in papers.items()]
-    curves = [simulated_curve(curve, measurement_grid) for curve in entries]
+    curves = [simulated_curve(curve, equal_steps) for curve in entries]
     curves += held_out_curves(dataset, split, COUNT)
     same = {"dataset_sha256": dataset.sha256}
     write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
     of_any_solid = [curve | {"protocol": {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]} for curve in curves]
-    physical = [simulated_curve(curve, physical_grid) for curve in [*of_any_solid, *other_solids(SOLIDS)]]
-    write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", physical)
-    write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
+    solids = [simulated_curve(curve, steps_around_pull_off) for curve in [*of_any_solid, *other_solids(SOLIDS)]]
+    write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", solids)
+    write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in solids])
 
 
 if __name__ == "__main__":

@@ -6,8 +6,7 @@ import pytest
 
 import surrogate
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.measurement_steps import PHYSICAL
 from experiments import demo_curves, demo_model
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -55,19 +54,18 @@ def test_tracked_curves_are_published_ones():
 
 
 def test_curves_are_simulated_on_their_steps():
-    curve = demo_curves.simulated_curve(TRACKED["curves"][11], measurement_grid)
+    curve = demo_curves.simulated_curve(TRACKED["curves"][11], demo_curves.equal_steps)
     assert curve["results"]["pull_off_force"] == pytest.approx(
         TRACKED["curves"][11]["results"]["pull_off_force"], rel=5e-3
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
     tracked = SOLIDS["curves"][-1]
-    curve = demo_curves.simulated_curve(tracked, physical_grid)
+    curve = demo_curves.simulated_curve(tracked, demo_curves.steps_around_pull_off)
     np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
     assert len(curve["force"]) == sum(PHYSICAL)
-    # Most steps are where the contact separates, so that they hold nearly all of the peak.
-    peak = curve["results"]["pull_off_force"]
-    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
+    # One step lies at the pull-off.
+    assert max(curve["force"][sum(PHYSICAL[:2]) :]) == pytest.approx(curve["results"]["pull_off_force"], rel=1e-6)
 
 
 def test_tracked_solids_have_contacts():
@@ -75,10 +73,10 @@ def test_tracked_solids_have_contacts():
     assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
     assert tuple(SOLIDS["counts"]) == PHYSICAL
     count = len(TRACKED["curves"])
-    for physical, tracked in zip(SOLIDS["curves"][:count], TRACKED["curves"], strict=True):
-        assert (physical["name"], physical["kind"]) == (tracked["name"], tracked["kind"])
-        assert physical["protocol"] == {"modulus_ratio": 0.1} | tracked["protocol"]
-        assert physical["results"]["pull_off_force"] == pytest.approx(tracked["results"]["pull_off_force"], rel=2e-2)
+    for solid, tracked in zip(SOLIDS["curves"][:count], TRACKED["curves"], strict=True):
+        assert (solid["name"], solid["kind"]) == (tracked["name"], tracked["kind"])
+        assert solid["protocol"] == {"modulus_ratio": 0.1} | tracked["protocol"]
+        assert solid["results"]["pull_off_force"] == pytest.approx(tracked["results"]["pull_off_force"], rel=2e-2)
     solids = SOLIDS["curves"][count:]
     drawn = demo_curves.other_solids(demo_curves.SOLIDS)
     for curve, solid in zip(solids, drawn, strict=True):
