@@ -1,9 +1,9 @@
-"""The pretrained model `fast` as the browser demonstrator evaluates it: one file of numbers, `demo/public/fast.bin`.
+"""The pretrained model as the browser demonstrator evaluates it: one file of numbers, `demo/public/fast.bin`.
 
-The file is one line of JSON, filled with spaces to a multiple of four bytes, and then little-endian float32. The line
-holds scaling, ranges and counts of points, the measurement steps whose channels enter the network, and name and shape
-of each array. The arrays are kernel and bias of the dense layers, in order, with the exact GELU between them, and those
-of `surrogate.intervals.Bands`, the quantiles at `COVERAGE` only. `demo/src/fast.ts` reads it.
+The file is one line of JSON, filled with spaces to a multiple of eight bytes, then float64 and then float32, both
+little-endian. The line holds counts of points, the ranges that the page offers, and name and shape of each array in its
+order. The arrays are those of the model's folder: both stages, what their training covers, and the intervals, of which
+only the quantiles at `COVERAGE` for solids of few retardation times. `demo/src/fast.ts` reads it.
 
 Usage: `python -m experiments.demo_model`.
 """
@@ -17,54 +17,44 @@ import json
 from pathlib import Path
 
 import numpy as np
-import onnx
-from onnx import numpy_helper
 
 import surrogate
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
-from surrogate.intervals import Bands
-from surrogate.model import Surrogate
+from experiments.cases import RANGES
+from surrogate.intervals import LEVELS
+from surrogate.solids import SolidSurrogate
 
 NAME = "fast"
 OUT = Path("demo/public/fast.bin")
 COVERAGE = 0.9
-OPERATIONS = {"Transpose", "Gather", "Reshape", "MatMul", "Add", "Mul", "Erf", "Squeeze"}
-"""Those of dense layers with GELU on the channels of some steps: the page evaluates no other network."""
+KIND = 0
+"""Of the kinds of solids in `surrogate.intervals`: that of a standard linear solid."""
+TYPES = {"doubles": "<f8", "singles": "<f4"}
+"""Types of the arrays, by the name of their list."""
 
 
-def packed(model: Surrogate) -> bytes:
+def packed(model: SolidSurrogate) -> bytes:
     """Return the file of a model.
 
     Raises:
-        ValueError: the model has no bands, or a network of other operations.
+        ValueError: it is none of any linear solid, or has no intervals.
     """
-    bands, graph = model.bands, onnx.load_model_from_string(model.network.content()).graph
-    if not isinstance(bands, Bands) or (found := {node.op_type for node in graph.node}) - OPERATIONS:
-        raise ValueError(f"model must have bands and dense layers only; received {model.name}")
-    assert found >= {"Gather", "Erf"}
-    values = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
-    steps = next(values[node.input[1]] for node in graph.node if node.op_type == "Gather")
-    kernels = [name for name in values if name.endswith("/kernel")]
-    layers = [values[name.replace("kernel", part)] for name in kernels for part in ("kernel", "bias")]
-    arrays = {f"layer_{place}": layer for place, layer in enumerate(layers)}
-    arrays |= {name: getattr(bands, name) for name in ("ranges", "coefficients", "edges", "shape")}
-    arrays["quantiles"] = bands.quantiles_at(COVERAGE)
-    scaling = model.scaling
-    head = {
-        "format": "contact-demo-model",
-        "name": model.name,
-        "counts": list(model.counts),
-        "steps": steps.tolist(),
-        "mean": [*scaling.channel_mean, scaling.tabor[0]],
-        "deviation": [*scaling.channel_scale, scaling.tabor[1]],
-        "force": scaling.force,
-        "ranges": scaling.ranges,
-        "arrays": {name: array.shape for name, array in arrays.items()},
-    }
+    if not isinstance(model, SolidSurrogate) or model.intervals is None:
+        raise ValueError(f"model must be one of any linear solid with intervals; received {model.name}")
+    arrays = model.stages[0].as_arrays("scalars") | model.stages[1].as_arrays("curve")
+    intervals = model.intervals.as_arrays()
+    intervals["quantiles"] = intervals["quantiles"][KIND, :, :, LEVELS.index(COVERAGE)]
+    arrays |= {f"reach/{name}": values for name, values in vars(model.reach).items()}
+    arrays |= {f"intervals/{name}": values for name, values in intervals.items()}
+    doubles = {name: values for name, values in arrays.items() if values.dtype == np.float64}
+    lists = {"doubles": doubles, "singles": {name: arrays[name] for name in arrays if name not in doubles}}
+    head = {"format": "contact-demo-model", "name": model.name, "counts": model.counts, "ranges": RANGES}
+    head |= {key: {name: values.shape for name, values in group.items()} for key, group in lists.items()}
     line = json.dumps(head).encode()
-    line += b" " * (-(len(line) + 1) % 4) + b"\n"
-    return line + b"".join(np.asarray(array, dtype="<f4").tobytes() for array in arrays.values())
+    line += b" " * (-(len(line) + 1) % 8) + b"\n"
+    numbers = [values.astype(TYPES[key]).tobytes() for key, group in lists.items() for values in group.values()]
+    return line + b"".join(numbers)
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 /**
  * Solver curves of published protocols, written by `python -m experiments.demo_curves`: one file on the paper's
- * measurement steps and of its solid, one on the physical steps and of any standard linear solid.
+ * measurement steps and of its solid, one on steps around the pull-off and of any standard linear solid.
  */
 
 import { fetchFile } from "./files";
@@ -13,7 +13,7 @@ export interface Curve {
   protocol: Protocol;
   /** Of the solver's own history, which is finer than the measurement steps. */
   results: { pull_off_force: number; pull_off_time: number; hysteresis: number };
-  /** On the measurement steps. */
+  /** On its measurement steps. */
   force: number[];
 }
 

@@ -12,7 +12,7 @@ export function csv(
   protocol: Protocol,
   { grid, force, band }: Prediction,
   units: Units,
-  solver?: readonly number[],
+  solver?: ArrayLike<number>,
 ): string {
   const [onset, end] = grid.ends;
   const phase = (i: number) => (i <= onset ? "loading" : i <= end ? "dwell" : "unloading");

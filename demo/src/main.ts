@@ -3,16 +3,16 @@
 import { fromFragment, toFragment, type State } from "./address";
 import { Film } from "./contact";
 import { Controls } from "./controls";
-import { curveOf, loadCurves, nearestCurve, type Curve } from "./curves";
+import { curveOf, loadCurves, nearestCurve, type Curve, type CurveSet } from "./curves";
 import { csv, downloadCsv, downloadPng, fileName } from "./downloads";
 import { percent } from "./format";
 import { forceError, median, relativeError } from "./measures";
 import { outside, type Prediction, type Ranges } from "./model";
-import { physicalGrid } from "./physical_steps";
 import { Picker } from "./picker";
 import { Plots } from "./plots";
-import { measurementGrid, type Protocol } from "./protocol";
-import { brief, listCurves, ofSolver, showComparison, showOutside, showResults, type Computed } from "./results";
+import { measurementGrid, type Grid, type Protocol } from "./protocol";
+import { pullOffGrid } from "./pull_off_steps";
+import { brief, forceOfSolver, listCurves, ofSolver, showComparison, showOutside, showResults, type Computed } from "./results";
 import { reachable } from "./scrollers";
 import { MODELS, Shelf, type Loaded, type Name } from "./shelf";
 import { tell, Trouble, untell } from "./trouble";
@@ -25,6 +25,15 @@ declare const FAST_RANGES: Ranges;
 const OPENING = "paper-4";
 const ADDRESS_DELAY = 150;
 const byId = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
+
+interface Shown {
+  protocol: Protocol;
+  prediction?: Prediction;
+  pinned?: Prediction;
+  computed?: Computed;
+  /** Whether the model knows each quantity, but not their combination. */
+  unlike: boolean;
+}
 
 class Page {
   private readonly controls: Controls;
@@ -40,7 +49,7 @@ class Page {
   private loaded?: Loaded;
   private protocol: Protocol;
   private pinned?: Protocol;
-  private shown?: { protocol: Protocol; prediction?: Prediction; pinned?: Prediction; computed?: Computed };
+  private shown?: Shown;
   private waiting = false;
   private addressTimer?: number;
 
@@ -122,9 +131,11 @@ class Page {
     const rows = [];
     for (const curve of set.curves) {
       const prediction = await model.predict(curve.protocol);
-      const [top] = ofSolver({ curve, grid: prediction.grid }, prediction.band !== undefined);
-      const pullOffError = relativeError(prediction.pullOff.force, top);
-      rows.push({ curve, error: forceError(prediction.force, curve.force), pullOffError });
+      if (!prediction) continue;
+      const computed = { curve, grid: this.grid(curve, set) };
+      const [top] = ofSolver(computed, prediction.band !== undefined);
+      const error = forceError(prediction.force, forceOfSolver(computed, prediction));
+      rows.push({ curve, error, pullOffError: relativeError(prediction.pullOff.force, top) });
     }
     listCurves(rows, (curve) => this.show(curve.protocol));
     byId("curve-summary").textContent =
@@ -136,7 +147,9 @@ class Page {
     for (const name of MODELS) byId(`model-${name}`).addEventListener("change", () => void this.choose(name));
     byId("csv").addEventListener("click", () => {
       const { protocol, prediction, computed } = this.shown!;
-      if (prediction) downloadCsv(csv(protocol, prediction, this.units(protocol), computed?.curve.force), this.file());
+      if (!prediction) return;
+      const solver = computed && forceOfSolver(computed, prediction);
+      downloadCsv(csv(protocol, prediction, this.units(protocol), solver), this.file());
     });
     byId("png").addEventListener("click", () => {
       const [film, caption] = ["canvas", "figcaption span"].map((part) => byId("film").querySelector(part)!);
@@ -188,7 +201,9 @@ class Page {
       do {
         done = this.protocol;
         const pinned = this.pinned && (await this.ask(this.pinned));
-        this.shown = { protocol: done, prediction: await this.ask(done), pinned, computed: this.computed(done) };
+        const prediction = await this.ask(done);
+        const unlike = !prediction && this.knows(done);
+        this.shown = { protocol: done, prediction, pinned, computed: this.computed(done), unlike };
         await new Promise(requestAnimationFrame);
         this.draw();
       } while (done !== this.protocol);
@@ -199,17 +214,25 @@ class Page {
     }
   }
 
-  /** A prediction, where there is a model, and the protocol lies within its training. */
+  /** Whether there is a model, and its training covers each quantity of a protocol. */
+  private knows(protocol: Protocol): boolean {
+    return this.loaded !== undefined && outside(protocol, this.loaded.model.ranges).length === 0;
+  }
+
   private async ask(protocol: Protocol): Promise<Prediction | undefined> {
-    const model = this.loaded?.model;
-    return model && outside(protocol, model.ranges).length === 0 ? model.predict(protocol) : undefined;
+    return this.knows(protocol) ? this.loaded!.model.predict(protocol) : undefined;
   }
 
   private computed(protocol: Protocol): Computed | undefined {
     const set = this.loaded?.set ?? this.shelf.solids;
     const curve = curveOf(set.curves, protocol);
-    const grid = set === this.shelf.solids ? physicalGrid : measurementGrid;
-    return curve && { curve, grid: grid(protocol, set.counts) };
+    return curve && { curve, grid: this.grid(curve, set) };
+  }
+
+  /** The steps of a curve: around its pull-off, or the paper's. */
+  private grid({ protocol, results }: Curve, set: CurveSet): Grid {
+    if (set === this.shelf.solids) return pullOffGrid(protocol, set.counts, results.pull_off_time);
+    return measurementGrid(protocol, set.counts);
   }
 
   private units({ tabor }: Protocol): Units {
@@ -221,24 +244,24 @@ class Page {
     if (!this.shown) return;
     const { view } = this.look;
     byId("contact").hidden = view.units !== "laboratory";
-    const { protocol, prediction, pinned, computed } = this.shown;
+    const { protocol, prediction, pinned, computed, unlike } = this.shown;
     const units = this.units(protocol);
     this.plots.draw({
       ...{ protocol, prediction, units, view },
       computed: computed && { grid: computed.grid, force: computed.curve.force },
       pinned: this.pinned && pinned && { protocol: this.pinned, prediction: pinned },
     });
-    const { curves, counts } = this.shelf.solids;
-    const nearest = nearestCurve((this.loaded?.set ?? this.shelf.solids).curves, protocol);
-    const filmed = curves.find(({ name }) => name === nearest.name)!;
+    const { solids } = this.shelf;
+    const nearest = nearestCurve((this.loaded?.set ?? solids).curves, protocol);
+    const filmed = solids.curves.find(({ name }) => name === nearest.name)!;
     this.film
-      .show(filmed, physicalGrid(filmed.protocol, counts), computed !== undefined, this.units(filmed.protocol))
+      .show(filmed, this.grid(filmed, solids), computed !== undefined, this.units(filmed.protocol))
       .catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
     const name = this.loaded?.model.name ?? this.chosen;
     showResults(prediction, computed, pinned, units, name);
     showComparison(prediction, computed, nearest, (chosen: Curve) => this.show(chosen.protocol));
     const ranges = this.loaded?.model.ranges ?? FAST_RANGES;
-    showOutside(outside(protocol, ranges), ranges, name);
+    showOutside(outside(protocol, ranges), ranges, name, unlike);
     this.picker.mark(computed?.curve);
     byId("unpin").hidden = !this.pinned;
     byId("pinned").textContent = this.pinned ? `Pinned: ${brief(this.pinned)}` : "";

@@ -1,5 +1,6 @@
 /** What is read off a force history, and how far two histories are apart. Mirrors `surrogate/data/metrics.py`. */
 
+import { monotone } from "./monotone";
 import type { Grid } from "./protocol";
 
 export interface PullOff {
@@ -23,6 +24,26 @@ export function hysteresis(grid: Grid, force: ArrayLike<number>): number {
     area += 0.5 * (force[i]! + force[i - 1]!) * (grid.indentations[i]! - grid.indentations[i - 1]!);
   }
   return Math.abs(area);
+}
+
+/**
+ * The force of a history at the steps of another one of the same protocol, by monotone cubics in each phase. Of a
+ * protocol from a link, which is rounded, instants are compared as shares of their phase.
+ */
+export function atSteps(steps: Grid, grid: Grid, force: readonly number[]): Float64Array {
+  const found = new Float64Array(steps.times.length);
+  for (const phase of [0, 1, 2]) {
+    const [[first, at], [from, places]] = [shares(steps, phase), shares(grid, phase)];
+    found.set(monotone(at, places, force.slice(from, from + places.length)), first);
+  }
+  return found;
+}
+
+/** The first step of a phase, and where its steps lie in it, from 0 to 1. */
+function shares({ times, ends }: Grid, phase: number): [number, Float64Array] {
+  const first = ends[phase - 1] ?? 0;
+  const own = times.subarray(first, ends[phase]! + 1);
+  return [first, own.map((time) => (time - own[0]!) / (own.at(-1)! - own[0]!))];
 }
 
 /** 100 Σ|a - b| / Σ|b|, in percent. */

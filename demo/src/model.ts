@@ -25,7 +25,8 @@ export interface Model {
   readonly name: string;
   /** Smallest and largest value of each quantity in the training. */
   readonly ranges: Ranges;
-  predict(protocol: Protocol): Promise<Prediction>;
+  /** Nothing where the training covers each quantity, but not their combination. */
+  predict(protocol: Protocol): Promise<Prediction | undefined>;
 }
 
 // As in `surrogate/validity.py`: relative to the bound.

@@ -1,7 +1,7 @@
 /**
  * What a loading protocol on a solid is and where it is sampled: load to a peak, dwell, unload to the start, with a
  * fixed number of equally spaced measurement steps in each phase. Mirrors `bem/problem/protocol.py` and
- * `bem/dataset/measurement_steps.py`; `physical_steps.ts` has the steps of the pretrained models.
+ * `bem/dataset/measurement_steps.py`; `pull_off_steps.ts` has the steps of the pretrained model.
  *
  * Units: indentation in h0, time in retardation times, rates in h0 per retardation time.
  */

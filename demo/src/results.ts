@@ -2,7 +2,7 @@
 
 import { title, type Curve } from "./curves";
 import { percent, significant } from "./format";
-import { forceError, hysteresis, pullOff, relativeError } from "./measures";
+import { atSteps, forceError, hysteresis, pullOff, relativeError } from "./measures";
 import type { Prediction, Ranges } from "./model";
 import { LABELS, QUANTITIES, type Grid, type Protocol, type Quantity } from "./protocol";
 import { worded, type Units } from "./units";
@@ -17,7 +17,13 @@ type Numbers = readonly [number, number, number];
 
 export interface Computed {
   curve: Curve;
+  /** Its steps. */
   grid: Grid;
+}
+
+/** The solver's force at the steps of a prediction. */
+export function forceOfSolver({ curve, grid }: Computed, prediction: Prediction): Float64Array {
+  return atSteps(prediction.grid, grid, curve.force);
 }
 
 const ofPrediction = ({ pullOff: top, hysteresis: area }: Prediction): Numbers => [top.force, top.time, area];
@@ -96,17 +102,18 @@ export function showComparison(
     line.textContent = `${title(curve)}, computed by the solver.`;
     return;
   }
-  const error = forceError(prediction.force, curve.force);
+  const force = forceOfSolver(computed, prediction);
+  const error = forceError(prediction.force, force);
   line.dataset["error"] = String(error);
   const words = [`${title(curve)}: force error ${percent(error)}.`];
   const own = curve.results.pull_off_force;
   if (prediction.band) {
     const { lower, upper, pullOff: ends } = prediction.band;
-    const inside = curve.force.filter((value, step) => lower[step]! <= value && value <= upper[step]!).length;
+    const inside = force.filter((value, step) => lower[step]! <= value && value <= upper[step]!).length;
     const word = ends[0] <= own && own <= ends[1] ? "inside" : "outside";
     words.push(
       `The solver’s pull-off force ${significant(own)} lies ${word} the 90 % interval, and its force inside the band at ` +
-        `${inside} of ${curve.force.length} steps.`,
+        `${inside} of ${force.length} steps.`,
     );
   } else {
     const floor = relativeError(pullOff(computed.grid, curve.force).force, own);
@@ -118,15 +125,21 @@ export function showComparison(
   line.textContent = words.join(" ");
 }
 
-/** Say that there is no prediction, and why. */
-export function showOutside(outside: readonly Quantity[], ranges: Ranges, name: string): void {
+/**
+ * Say that there is no prediction, and why.
+ *
+ * @param unlike Whether the training covers each quantity, but not their combination.
+ */
+export function showOutside(outside: readonly Quantity[], ranges: Ranges, name: string, unlike: boolean): void {
   const banner = byId("outside");
-  banner.hidden = outside.length === 0;
+  banner.hidden = outside.length === 0 && !unlike;
   const words = outside.map((quantity) => {
     const [low, high] = ranges[quantity].map((value) => significant(value, 3));
     return `${LABELS[quantity].name} (${low} to ${high})`;
   });
-  banner.textContent = `No prediction: outside the training range of ${name} in ${words.join(", ")}.`;
+  banner.textContent = unlike
+    ? `No prediction: the training of ${name} covers each of these quantities, but not all of them together.`
+    : `No prediction: outside the training range of ${name} in ${words.join(", ")}.`;
 }
 
 /** A protocol in a few words. */

@@ -32,11 +32,14 @@ const FLAGS = [
 const BAD_LINKS = ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=phases", "model=slow"];
 BAD_LINKS.push("modulus_ratio=0.3&model=M1-concat", "modulus_ratio=2", "pinned=1,2", "pinned=1,2,3,4,5,soft");
 
+/** For `fast`: each quantity in its range, but a loading and an unloading of rates farther apart than any. */
+const UNLIKE = "tabor=1&peak_indentation=20&loading_rate=1000&dwell_time=0.001&unloading_rate=0.1&modulus_ratio=0.01";
+
 /** For `fast`: over the whole training and its corners of short steps. */
 const CASES = {
   usual: "tabor=1&peak_indentation=20&loading_rate=10&dwell_time=1&unloading_rate=10&modulus_ratio=0.3",
   elastic: "tabor=0.4&peak_indentation=3&loading_rate=1&dwell_time=0.1&unloading_rate=3&modulus_ratio=1",
-  quick: "tabor=3.2&peak_indentation=100&loading_rate=1000&dwell_time=0.001&unloading_rate=1000&modulus_ratio=0.01",
+  quick: "tabor=3.2&peak_indentation=100&loading_rate=1000&dwell_time=0.001&unloading_rate=1000&modulus_ratio=0.02",
   slow: "tabor=0.2&peak_indentation=2&loading_rate=0.1&dwell_time=3&unloading_rate=0.1&modulus_ratio=0.05",
   computed: "tabor=3.2&peak_indentation=15&loading_rate=1000&dwell_time=0.008&unloading_rate=1000&modulus_ratio=0.1",
 };
@@ -219,6 +222,10 @@ try {
   await settled(shared);
   seen.outside = await read(shared);
   await shared.screenshot({ path: join(out, "outside.png") });
+  const unlike = await open(`#${UNLIKE}`);
+  seen.unlike = await read(unlike);
+  await unlike.screenshot({ path: join(out, "unlike.png") });
+  await unlike.context().close();
   await shared.fill("#tabor", "-1");
   seen.refused = await shared.textContent("#tabor-note");
 
