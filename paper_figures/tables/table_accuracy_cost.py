@@ -120,7 +120,7 @@ def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
         ["elastic, a Tabor parameter of about 0.2", "closed form (DMT)", *cells("closed form", "DMT, rubbery")],
         ["any protocol, solid and effects", "`bem simulate`", *cells("solver", "standard")],
         ["a Tabor parameter above about 20", "`bem simulate`, by a sharp crack", *crack],
-        ["load, dwell, unload; a standard linear solid; gradients", "`fast`", *cells("fast", "ONNX single")],
+        ["load, dwell, unload; any linear solid", "`fast`", *cells("fast", "ONNX single")],
         ["the same, more accurately", "`accurate`", *cells("accurate", "ONNX single")],
     ]
     return markdown_table(["Your contact", "Take", "Error of the pull-off force (%)", "Time of a call (ms)"], rows)
