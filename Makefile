@@ -190,8 +190,8 @@ more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c
 
 # Any linear solid: by training, calibration and place of judgement a data set each, the last two at accuracy 1e-3.
 SOLIDS := $(OUT)/dataset/solids
-TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power)
-PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
+TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power elastic)
+PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading elastic edges corners)
 SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
 FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad edges)
 pretrained: train-fast train-accurate judge-fast judge-accurate  ## Train `fast` and `accurate` and publish them (simulates 373,000 trajectories first), and judge them

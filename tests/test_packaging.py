@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from surrogate.files import PUBLISHED
-from surrogate.files import PUBLISHED_BANDED as PRETRAINED
+from surrogate.files import PUBLISHED_PRETRAINED as PRETRAINED
 from tests.processes import ROOT, python
 
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")

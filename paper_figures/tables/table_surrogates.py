@@ -21,6 +21,7 @@ PLACES = {
     "test_polyurea": "polyurea",
     "test_ratio_0.1": "modulus ratio 0.1",
     "test_slow_unloading": "slow unloading",
+    "test_elastic": "elastic",
     "test_edges": "edges",
     "test_corners": "corners",
 }
