@@ -83,8 +83,8 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
 def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     """Errors in per cent at `QUANTILES`, and coverages in per cent, of a data set.
 
-    They are those of contacts that the model takes without a warning; their share is there too. Those of the
-    compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its range, the
+    They are those of contacts that the model takes without a warning; their share is there too. Those of hysteresis
+    and compression are relative to them, or to 1 where they are less; those of the curve relative to its range, the
     mean and the largest over the instants of unloading and all others. There are the coverages at each of the `ends`
     of the ranges, too.
     """
@@ -101,7 +101,7 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     results = (
         np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
         np.abs(since[0] / since[1] - 1.0),
-        np.abs(part["hysteresis"] / true["hysteresis"] - 1.0),
+        np.abs(part["hysteresis"] - true["hysteresis"]) / np.maximum(true["hysteresis"], 1.0),
         compression / np.maximum(np.abs(true["max_compression"]), 1.0),
     )
     errors = dict(zip(RESULTS, results, strict=True)) | {

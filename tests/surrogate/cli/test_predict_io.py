@@ -90,9 +90,7 @@ def test_other_mistakes(command, program, tmp_path):
         command, ["export", "M1-concat", "--format", "tflite"], folder=tmp_path
     )
     assert "--out must name the file" in refused(command, ["export", "M1-concat", "--format", "keras"], folder=tmp_path)
-    assert "must be onnx for fast" in refused(
-        command, ["export", "fast", "--out", tmp_path / "a.keras"], folder=tmp_path
-    )
+    assert "it has no ONNX file" in refused(command, ["export", "fast", "--out", tmp_path / "a.keras"], folder=tmp_path)
     for words, expected in (
         (
             ["fast", *whole[1:], "--modulus-ratio", 2],
