@@ -106,11 +106,10 @@ $(F)/figure-tabor-cost.pdf: $(MEASURED)/tabor_cost.json
 $(F)/figure-amortisation.pdf: $(MEASURED)/amortisation.json
 $(F)/figure-training-cost.pdf: $(MEASURED)/training_cost.json
 $(F)/figure-peers.pdf $(T)/peers.md: $(MEASURED)/peers.json
-$(F)/figure-measurement-floor.pdf: $(MEASURED)/measurement_floor.json
 $(T)/stand-ins.md: $(MEASURED)/effects.json
 $(T)/accuracy-cost.md: $(MEASURED)/accuracy_cost.json
 $(T)/hard-cases.md: $(MEASURED)/hard_case_map.json $(wildcard $(MEASURED)/soak.json)
-$(T)/surrogates.md: $(MEASURED)/errors_by_place.json $(MEASURED)/accuracy_cost.json
+$(T)/surrogates.md: $(MEASURED)/accuracy_cost.json $(PUBLISHED)/pretrained
 
 STUDIES := $(filter-out __init__,$(basename $(notdir $(wildcard experiments/paper/*.py))))
 studies: $(STUDIES:%=$(S)/%.json)  ## Every study that trains nothing
@@ -145,7 +144,7 @@ dataset: setup require-full-dataset  ## Simulate the 12,450 trajectories and pub
 	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
 	$(SUMS) $(DATASET)
 
-# Not published: nine times as many trajectories; the same protocols at physical measurement steps; and the sets that a file lists.
+# Not published: nine times as many trajectories, and the sets that a file lists.
 SETS := experiments/configs/data_sets.txt
 .PRECIOUS: $(OUT)/dataset/%.h5
 $(OUT)/dataset/%.h5: $(SOLVER) | $(INSTALLED)
@@ -153,8 +152,7 @@ $(OUT)/dataset/%.h5: $(SOLVER) | $(INSTALLED)
 	$(CAMPAIGN) --replace --out $@
 	@touch $@
 $(OUT)/dataset/extra.h5: CAMPAIGN = $(VENV)/bin/bem campaign --design paper --seed 1 --count $(or $(EXTRA),$(shell echo $$((9 * $(COUNT))))) --accuracy standard
-$(OUT)/dataset/physical.h5: CAMPAIGN += --steps physical
-$(OUT)/dataset/any%.h5 $(OUT)/dataset/solids/%.h5: CAMPAIGN = $(VENV)/bin/bem campaign $(shell sed -n 's|^$(@:$(OUT)/dataset/%.h5=%)  *||p' $(SETS))
+$(OUT)/dataset/solids/%.h5: CAMPAIGN = $(VENV)/bin/bem campaign $(shell sed -n 's|^$(@:$(OUT)/dataset/%.h5=%)  *||p' $(SETS))
 
 RECIPE ?= swift
 # ONLY names the models to train, by default all 18 paper models; EPOCHS replaces the epochs of the recipe.
@@ -190,25 +188,21 @@ model-large: $(if $(wildcard $(MODELS)/$(MODEL)-large/run.json),,$(OUT)/dataset/
 model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8, 15 and 60 epochs, for the figure of error against core minutes
 more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c model-large)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
-ANY := $(OUT)/dataset/any_solid
-pretrained: setup $(ANY).h5 $(patsubst %,$(ANY)_%.h5,edges deep faint corners elastic)  ## Train `fast` and `accurate` on from START (no: anew) and publish them (simulates 527,168 trajectories first)
-	$(PY) -m surrogate.training.pretrained $(or $(PRETRAINED),fast accurate) --box $(ANY).h5 $(foreach set,edges deep faint corners elastic,--$(set) $(ANY)_$(set).h5) \
-		--runs $(OUT)/pretrained --publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(or $(START),$(PUBLISHED)/pretrained))) $(LASTING)
-	$(SUMS) $(PUBLISHED)/pretrained
-
 # Any linear solid: by training, calibration and place of judgement a data set each, the last two at accuracy 1e-3.
 SOLIDS := $(OUT)/dataset/solids
-TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power)
-PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading edges corners)
+TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power elastic)
+PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading elastic edges corners)
 SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
 FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad edges)
-any-solid: setup $(SPECTRA_OF) $(FITTED) $(TRUTH)  ## Train and publish `any-solid` (simulates 373,000 trajectories first), and judge it
-	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids --publish $(PUBLISHED)/pretrained/any-solid $(if $(EPOCHS),--epochs $(EPOCHS) $(EPOCHS))
-	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --fit $(FITTED) --calibrate $(TRUTH)
-	$(MAKE) judge-any-solid
-judge-any-solid: setup $(PLACES)  ## Compare `any-solid` with the converged solver, place by place (simulates 4,800 contacts first)
-	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/any-solid --judge $(PLACES) --beside $(PUBLISHED)/pretrained/fast --out $(PUBLISHED)/any_solid.json
-	$(SUMS) $(PUBLISHED)/pretrained $(PUBLISHED)/any_solid.json
+pretrained: train-fast train-accurate judge-fast judge-accurate  ## Train `fast` and `accurate` and publish them (simulates 373,000 trajectories first), and judge them
+train-accurate: UNITS = --units 512 512 512
+train-fast train-accurate: train-%: setup $(SPECTRA_OF) $(FITTED) $(TRUTH)
+	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids/$* --publish $(PUBLISHED)/pretrained/$* $(UNITS) $(if $(EPOCHS),--epochs $(EPOCHS) $(EPOCHS))
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/$* --fit $(FITTED) --calibrate $(TRUTH)
+judge-fast:  ## Compare `fast` with the converged solver, place by place (simulates 44,400 contacts first, in an hour of one core); also judge-accurate
+judge-fast judge-accurate: judge-%: setup $(PLACES)
+	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/$* --judge $(PLACES)
+	$(SUMS) $(PUBLISHED)/pretrained
 
 paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's recipe, FOLDERS=..., to the published seeds
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
@@ -217,8 +211,8 @@ paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's rec
 PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces
 JSON = $(PUBLISHED)/$(subst -,_,$@).json
 OWN = --out $(JSON)
-feature-sets: $(CONFIGS)/feature_sets.toml $(DATASET) $(MODELS) | $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
-feature-sets: OWN = $(JSON) --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
+feature-sets: $(CONFIGS)/feature_sets.toml $(DATASET) $(MODELS)  ## Train the input representations A to D and publish their errors
+feature-sets: OWN = $(JSON) --work $(OUT)/training_studies/feature_sets
 data-efficiency: $(CONFIGS)/data_efficiency.toml $(DATASET) $(MODELS)  ## Train on decreasing shares of the data and publish the errors
 data-efficiency: OWN = $(JSON) --work $(OUT)/training_studies/data_efficiency
 ranking: $(DATASET) $(PUBLISHED)/seeds.h5  ## Rank the models by every published seed, with intervals, and publish it (seconds)
@@ -250,8 +244,7 @@ paper-from-scratch smoke: setup
 # BLAS and the backends of the surrogates must use one core only.
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
 	OMP_NUM_THREADS=1 $(call STUDY,$*) --out $(MEASURED)/$(subst -,_,$*).json $(if $(BUSY),--busy)
-	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).json)
-measure-pull-off-place: MEASURED = bem/dataset
+	$(SUMS) $(MEASURED)/$(subst -,_,$*).json
 measure-accuracy-cost: $(DATASET) $(MODELS)
 measure-paper-method-times: $(DATASET)
 measure-canonical-times: $(CONFIGS)/canonical_times.toml $(MODELS)
@@ -262,7 +255,7 @@ measure-speed: | $(INSTALLED)  ## Compare the solver with that of another revisi
 	$(PY) -m experiments speed --revision $(or $(REVISION),b10bbed) --out $(if $(REVISION),$(OUT),$(MEASURED))/speed.json $(if $(BUSY),--busy)
 	$(if $(REVISION),,$(SUMS) $(MEASURED)/speed.json)
 MEASUREMENTS := effects effect-pairs canonical-times paper-method-times accuracy-cost tabor-cost training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place outside-ranges ways-to-call \
+	amortisation hard-case-map outside-ranges gradients \
 	lab-coverage limits
 measurements:  ## All measurements but those that need long, a browser or other files, one after the other
 	+for name in $(MEASUREMENTS); do $(MAKE) --no-print-directory measure-$$name; done
@@ -355,7 +348,7 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	@touch $@
 
 .PHONY: sums paper-recipe-seeds $(PAPER_FIGURES) $(COMPARISONS) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES) $(ONLY:%=model-%) $(BESIDE) $(PUBLISHED_STUDIES) setup setup-small verify paper \
-	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained any-solid judge-any-solid cards \
+	figures tables report cost-figures studies require-full-dataset dataset models model-budgets more-models pretrained train-fast train-accurate judge-fast judge-accurate cards \
 	from-scratch paper-from-scratch smoke measurements measure-speed test test-slow test-emulated test-torch test-minima golden-trajectories lint format lock \
 	clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves demo-models demo-card help help-all
 help:  ## List the targets that use published results, and the names of the others

@@ -14,8 +14,7 @@ import numpy as np
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
-from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
-from bem.dataset.records import grid_of
+from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -23,8 +22,6 @@ HIDDEN_SEED = 901
 ANY_SOLID = (0.01, 1.0)
 """Modulus ratios of the solids that the pretrained models know."""
 RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
-STEPS = {"uniform": FMS, "physical": PHYSICAL}
-"""Points of loading, dwell and unloading, by the kind of measurement steps."""
 BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
@@ -149,11 +146,6 @@ class Hidden:
     def part(self, rows: slice) -> Self:
         """Some of the protocols."""
         return type(self)({name: values[rows] for name, values in self.quantities.items()})
-
-    def grid(self, steps: str) -> tuple[np.ndarray, np.ndarray]:
-        """Instants and indentations of a kind of measurement steps, each of shape (n, steps)."""
-        quantities = {name: self.quantities[name] for name in QUANTITIES}
-        return grid_of(steps, quantities, self.quantities["modulus_ratio"], STEPS[steps])
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""

@@ -3,8 +3,9 @@
 The size of an error is expected from the features, by a polynomial fitted to trajectories of the training's accuracy;
 that of a curve is the root mean square over its steps, and how its errors are spread over the steps is told by a shape.
 Trajectories of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the
-kind of their solid: few retardation times that lie close together, times far apart, or many. In each group a quantile
-of the errors over the expected ones gives the interval its half-width (Mondrian, normalised conformal prediction).
+kind of their solid: few retardation times that lie close together, times far apart, many, or none. In each group a
+quantile of the errors over the expected ones gives the interval its half-width (Mondrian, normalised conformal
+prediction).
 
 Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive distributions (2021).
 """
@@ -28,7 +29,7 @@ FEW, DECADES = 4, 4.0
 """Largest number of terms of the first kind of solids, and decades that their times span at most."""
 DENSE = 1.3
 """Least number of terms in a decade of the third kind."""
-KINDS = ("few times close together", "times far apart", "many times")
+KINDS = ("few times close together", "times far apart", "many times", "elastic")
 BANDS = ("force", "curve")
 """Bands of the curve: at each step by itself, and of all steps at once."""
 _LEAST = 1e-5  # added to errors before their logarithm is taken
@@ -41,7 +42,7 @@ def kinds_of(strengths: np.ndarray, times: np.ndarray) -> np.ndarray:
     decades -= np.log10(np.where(used, times, np.inf).min(axis=1, initial=1e300))
     terms = used.sum(axis=1)
     few = (terms <= FEW) & (decades <= DECADES)
-    return np.where(few, 0, np.where(terms < DENSE * decades, 1, 2))
+    return np.where(terms == 0, 3, np.where(few, 0, np.where(terms < DENSE * decades, 1, 2)))
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,9 @@ class Surrogate:
         network: What computes the forces.
     """
 
+    any_solid = False
+    """Whether the model takes every linear solid."""
+
     def __init__(self, network: Network) -> None:
         self.network = network
 

@@ -104,6 +104,9 @@ class SolidSurrogate:
         intervals: What is known of the errors.
     """
 
+    any_solid = True
+    """Whether the model takes every linear solid."""
+
     def __init__(
         self,
         stages: tuple[Stage, Stage],
@@ -265,18 +268,18 @@ class SolidSurrogate:
             return results
         moduli, relaxations = (terms[part] for terms in spectra)
         path = protocol_rows([*quantities.values(), None, scalars["pull_off_time"]])
-        grid = around_pull_off(path, moduli, relaxations, np.array(self.counts))
-        without = forces_without_adhesion(*grid, quantities["tabor"], moduli, relaxations)
-        where = (*grid, quantities["tabor"], rate, scalars["pull_off_time"])
+        times, indentations = around_pull_off(path, moduli, relaxations, np.array(self.counts))
+        without = forces_without_adhesion(times, indentations, quantities["tabor"], moduli, relaxations)
+        where = (times, indentations, quantities["tabor"], rate, scalars["pull_off_time"])
         fronts = [(steps, places(*where, steps)) for steps in front_steps(self.counts)]
         shape = self.stages[1](np.column_stack([features, targets]), fronts)
         force = curve_of(shape, without, scalars["pull_off_force"], self.counts)
         turn = sum(self.counts[:2])
         # No force of the unloading exceeds the pull-off force, which is the one at its instant.
         force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])
-        pull_off = turn + np.abs(grid[0][:, turn:] - scalars["pull_off_time"][:, np.newaxis]).argmin(axis=1)
+        pull_off = turn + np.abs(times[:, turn:] - scalars["pull_off_time"][:, np.newaxis]).argmin(axis=1)
         force[np.arange(len(force)), pull_off] = scalars["pull_off_force"]
-        return results | {"times": grid[0], "indentations": grid[1], "force": force}
+        return results | {"times": times, "indentations": indentations, "force": force}
 
 
 def _spectra(scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:

@@ -34,7 +34,7 @@ def test_targets_keep_their_names(targets):
     assert modules().keys() == captions().keys()
     expected = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
         model-paper-recipe paper-recipe-seeds model-as-worded model-inputs-c model-large model-budgets more-models
-        any-solid judge-any-solid pretrained feature-sets data-efficiency ranking model-forces cards
+        pretrained judge-fast feature-sets data-efficiency ranking model-forces cards
         paper-from-scratch smoke measurements test test-slow test-emulated test-torch test-minima lint format
         golden-trajectories lock clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves
         demo-models demo-card help help-all"""
@@ -130,13 +130,12 @@ def test_other_models_keep_recipe_and_label(tmp_path):
 
 
 def test_measurement_keeps_its_file_name(tmp_path):
-    lines = commands("measure-ways-to-call", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
-    inputs = {"ways_to_call": "", "canonical_times": f"experiments/configs/canonical_times.toml {tmp_path}/models"}
+    lines = commands("measure-gradients", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
+    inputs = {"gradients": "", "canonical_times": f"experiments/configs/canonical_times.toml {tmp_path}/models"}
     for name, paths in inputs.items():
         file = f"{tmp_path}/measurements/{name}.json"
         assert f"-m experiments {name} {paths} --out {file} --busy" in lines
         assert f"' sums {file}" in lines
-    assert "-m experiments pull_off_place  --out bem/dataset/pull_off_place.json" in commands("measure-pull-off-place")
 
 
 def test_only_paper_target_leaves_out():

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from surrogate.files import PUBLISHED
-from surrogate.files import PUBLISHED_BANDED as PRETRAINED
+from surrogate.files import PUBLISHED_PRETRAINED as PRETRAINED
 from tests.processes import ROOT, python
 
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
@@ -93,8 +93,7 @@ OTHERS = sorted({path.name for path in PRETRAINED.glob("*")} - {"fast"})
 )
 def test_installation_predicts_from_anywhere(site, tmp_path, name):
     files = {path.name for path in (site / "surrogate" / "models" / name).iterdir()}
-    needed = {"M1-concat": MODEL, "any-solid": {"run.json", "stages.npz", "intervals.npz"}}
-    assert files >= needed.get(name, set(FILES))
+    assert files >= {"M1-concat": MODEL}.get(name, {"run.json", "stages.npz", "intervals.npz"})
     printed = isolated(
         site,
         "import surrogate\n"

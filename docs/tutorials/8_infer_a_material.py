@@ -66,7 +66,7 @@ plt.show()
 # %%
 # ## The surrogate
 #
-# `fast` knows any standard linear solid. Before the measurement, the logarithms of the parameters are uniform between
+# `fast` knows any linear solid. Before the measurement, the logarithms of the parameters are uniform between
 # bounds.
 
 fast = surrogate.load("fast")

@@ -79,7 +79,7 @@ def surrogates(
     for name in progress([*tools.complete(models), *tools.NAMES], "surrogates"):
         if name in tools.NAMES:
             group, before, more = name, "", {}
-            calls = {"ONNX": tools.pretrained(name)}
+            calls = {"NumPy": tools.pretrained(name)}
         else:
             calls, more = tools.ways_to_call(name, models)
             group, before, more["outdated"] = "surrogate", f"{name}, ", name in old
@@ -94,12 +94,12 @@ def timed_calls(
     """Answers and seconds of each way to call a model: on one case at a time, and by the predictor in a batch."""
     runs = {}
     for way, answers in calls.items():
-        single = f"{way} single" if way == "ONNX" else way
+        single = way if way == "Keras call" else f"{way} single"
         _, seconds = run(lambda case: answers([case])[0], cases[:SINGLE_CALLS], repeats, name)  # noqa: B023
         runs[single] = answers(cases), seconds
     many = [cases[i % len(cases)] for i in range(BATCH)]
-    batches = np.array(timed(lambda: calls["ONNX"](many), BATCH_REPEATS)) / BATCH
-    runs["ONNX batch"] = runs["ONNX single"][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
+    batches = np.array(timed(lambda: answers(many), BATCH_REPEATS)) / BATCH
+    runs[f"{way} batch"] = runs[single][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
     return runs
 
 

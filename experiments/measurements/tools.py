@@ -21,8 +21,8 @@ from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, sc
 from experiments.harness import fingerprint, in_parallel, kept
 from experiments.published_models import published, training_differences
 from surrogate.architectures.naming import names
-from surrogate.files import BANDED as NAMES
-from surrogate.files import PUBLISHED_BANDED, weights_sha256
+from surrogate.files import PRETRAINED as NAMES
+from surrogate.files import PUBLISHED_PRETRAINED, weights_sha256
 
 EXACT_TARGET = 7e-5
 """Accuracy of solutions that count as exact: all discretisation errors lie several times below `reference`'s."""
@@ -74,7 +74,7 @@ def predictions(predict: Predict, cases: Sequence[Case]) -> np.ndarray:
 
 def pretrained(name: str) -> Answers:
     """A pretrained model of any solid: its pull-off force and hysteresis, and its forces between its own steps."""
-    model = load_surrogate(name, PUBLISHED_BANDED)
+    model = load_surrogate(name, PUBLISHED_PRETRAINED)
 
     def answers(cases: Sequence[Case]) -> np.ndarray:
         predictions = model.predict([case.scene for case in cases], [case.protocol for case in cases])

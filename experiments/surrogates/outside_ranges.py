@@ -17,7 +17,7 @@ from experiments.cases import RANGES, Hidden
 from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
-from surrogate.files import BANDED
+from surrogate.files import PRETRAINED
 from surrogate.trajectory import PredictedTrajectory
 from surrogate.validity import MARGIN, allowed
 
@@ -51,18 +51,22 @@ def pull_off_error(prediction: PredictedTrajectory, trajectory: Trajectory, on_s
 
 def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     """Compare predictions of `fast`, `accurate` and M1-concat with the solver beyond each end of the ranges."""
-    models = {name: surrogate.load(name) for name in (*BANDED, "M1-concat")}
+    models = {name: surrogate.load(name) for name in (*PRETRAINED, "M1-concat")}
     quantiles: dict[str, Any] = {name: {} for name in models}
-    for model in models.values():  # which refuse nothing then
-        wide = {name: (1e-9 * low, 1e9 * high) for name, (low, high) in model.scaling.ranges.items()}
-        model.network.scaling = replace(model.scaling, ranges=wide)
+    for name, model in models.items():  # which refuse nothing then
+        if name in PRETRAINED:
+            everywhere = {"low": np.full_like(model.reach.low, -np.inf), "high": np.full_like(model.reach.high, np.inf)}
+            model.reach = replace(model.reach, **everywhere, limit=np.array(np.inf))
+        else:
+            wide = {name: (1e-9 * low, 1e9 * high) for name, (low, high) in model.scaling.ranges.items()}
+            model.network.scaling = replace(model.scaling, ranges=wide)
     places = [(where, distance) for where in (*ENDS, ALL) for distance in DISTANCES]
     for where, distance in progress(places, "ends of ranges"):
         solids = beyond(where, distance, count, seed)
         paper = Hidden(solids.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
         exact = [list(hidden.simulated()) for hidden in (solids, paper)]
         for name, model in models.items():
-            on_steps = name not in BANDED
+            on_steps = name not in PRETRAINED
             hidden = paper if on_steps else solids
             pairs = zip(predicted(model, name, hidden), exact[on_steps], strict=True)
             errors = [pull_off_error(*pair, on_steps) for pair in pairs]

@@ -157,19 +157,14 @@ def line(name: str, category: str, fixed: float, query: float, **more: Any) -> d
 
 
 def seconds_before_use(name: str, published: Path, trajectory: float) -> float:
-    """Core seconds of data and training of a published model: `trajectory` times those it needs, and its trainings.
-
-    Of a network that was trained on from another one the last training counts alone, as its record has no more.
-    """
+    """Core seconds of data and training of a published model: `trajectory` times those it needs, and its training."""
     pretrained = published / "pretrained" / name / "run.json"
     if pretrained.is_file():
         run = read_json(pretrained)
-        count, trainings = run["training_trajectories"] + run["calibration_trajectories"], run["members"]
-    else:
-        folder = published / "models" / name
-        count = sum(map(len, Split.of(folder).parts.values()))
-        trainings = [read_json(folder / "metrics.json")]
-    return count * trajectory + sum(training["cpu_seconds"] for training in trainings)
+        return run["training_trajectories"] * trajectory + run["cpu_seconds"]
+    folder = published / "models" / name
+    count = sum(map(len, Split.of(folder).parts.values()))
+    return count * trajectory + read_json(folder / "metrics.json")["cpu_seconds"]
 
 
 def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:

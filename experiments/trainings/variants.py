@@ -42,7 +42,6 @@ class Variant:
         features: Feature set.
         fraction: Share of the training part.
         fold: Index of the nested family of shares.
-        dataset: Data set file, if it is not that of the study.
 
     Raises:
         ValueError: The label is not a plain name.
@@ -55,7 +54,6 @@ class Variant:
     features: str = "D"
     fraction: float = 1.0
     fold: int = 0
-    dataset: Path | None = None
 
     def __post_init__(self) -> None:
         model_name(self.label, "a training's label")
@@ -63,7 +61,7 @@ class Variant:
     def command(self, *, dataset: Path, work: Path) -> list[str]:
         """Arguments of `python -m surrogate` that train the variant."""
         options = {name: getattr(self, name) for name in ("label", "recipe", "features", "fraction", "fold")}
-        options |= {"dataset": self.dataset or dataset, "threads": 1, "runs": work / "runs", "models": work / "models"}
+        options |= {"dataset": dataset, "threads": 1, "runs": work / "runs", "models": work / "models"}
         options |= {"epochs": self.epochs} if self.epochs else {}
         flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         return ["train", self.architecture, *flags]
@@ -89,7 +87,7 @@ def train_variants(
 
     Args:
         variants: The variants by their places in the result.
-        dataset: Data set file of the variants that have none of their own.
+        dataset: Data set file.
         work: Folder in which the trainings of this study are kept.
         models: Folder of published models; one that was trained in the same way stands for a variant.
         out: Result file of the study, whose trainings are kept.
@@ -98,22 +96,21 @@ def train_variants(
 
     Raises:
         typer.Exit: A training was stopped; the same call resumes.
-        FileNotFoundError: A data set file does not exist.
+        FileNotFoundError: The data set file does not exist.
         ValueError: A training in `work` has another data set, split or recipe.
         RuntimeError: A training failed.
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
-    files = {path: TrajectoryDataset.load(path) for path in {case.dataset or dataset for case in variants.values()}}
-    data = {key: files[variant.dataset or dataset] for key, variant in variants.items()}
+    data = TrajectoryDataset.load(dataset)
     earlier = {training["training"]: training for training in earlier_trainings(out)}
     done: dict[Key, dict[str, Any]] = {}
     for key, variant in variants.items():
-        if (identity := variant.identity(data[key]).digest) in earlier:
+        if (identity := variant.identity(data).digest) in earlier:
             done[key] = earlier[identity]
-        elif folder := kept_folder(variant, data[key], work=work, models=models):
+        elif folder := kept_folder(variant, data, work=work, models=models):
             taken = {"taken_from": folder.name} if folder.parent == models else {}
-            done[key] = collect(variant, data[key], folder) | taken
+            done[key] = collect(variant, data, folder) | taken
     waiting = {variant.label: key for key, variant in variants.items() if key not in done}
     publish(done)
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
@@ -126,7 +123,7 @@ def train_variants(
                 failed.append(status)
                 continue
             key = waiting[label]
-            done[key] = collect(variants[key], data[key], work / "models" / label)
+            done[key] = collect(variants[key], data, work / "models" / label)
             publish(done)
             print(f"{len(done)} of {len(variants)} trainings done", flush=True)
     if any(status != STOPPED for status in failed):

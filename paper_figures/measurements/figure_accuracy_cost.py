@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from bem.results.plots import COLOURS
 from paper_figures.style import drawing, models_style
 from paper_figures.style.drawing import KINDS, paper_seconds
+from surrogate.files import PRETRAINED
 
 NAMED = {"draft": 9, "standard": -5, "reference": -5}
 """Accuracies of the solver that are named, and how far beside: the pretrained models are on the left of `draft`."""
 PEER = "Adhesion"
-PRETRAINED = ("fast", "accurate")
 
 
 def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:

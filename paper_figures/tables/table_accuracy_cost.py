@@ -14,6 +14,7 @@ from bem.problem.accuracy import LOOSEST
 from paper_figures.style.drawing import paper_seconds
 from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, caption, left_out, median_and_p95, milliseconds, number, percent
+from surrogate.files import PRETRAINED
 
 CHOICES = [
     "Error wanted (%)",
@@ -61,7 +62,7 @@ def fastest(tools: list[dict[str, Any]], quantity: str, tolerance: float, *, bat
         and tool["seconds"]["median"] is not None
         and tool["errors"][quantity]["p95"] is not None
         and tool["errors"][quantity]["p95"] <= tolerance
-        and (batch or tool.get("way") != "ONNX batch")
+        and (batch or not tool.get("way", "").endswith("batch"))
     ]
     if not able:
         return "none"
@@ -90,14 +91,14 @@ def page_text(accuracy_cost: Any) -> str:
 def seconds_of(accuracy_cost: Any, name: str) -> dict[str, float]:
     """Median seconds of a trajectory, in batches and called alone: the numbers of every page that states a cost.
 
-    The names are "solver", for standard accuracy, "draft", and those of models, by ONNX Runtime.
+    The names are "solver", for standard accuracy, "draft", and those of models.
     """
     tools = accuracy_cost["tools"]
     if name in ("solver", "draft"):
         (alone,) = (t for t in tools if (t["kind"], t["setting"]) == ("solver", name.replace("solver", "standard")))
         return dict.fromkeys(("batch", "single"), alone["seconds"]["median"])
     own = {t["way"]: t["seconds"]["median"] for t in tools if t["kind"] == name or t.get("model") == name}
-    return {"batch": own["ONNX batch"], "single": own["ONNX single"]}
+    return {call: own[f"{'NumPy' if name in PRETRAINED else 'ONNX'} {call}"] for call in ("batch", "single")}
 
 
 def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
@@ -120,8 +121,8 @@ def decision_text(accuracy_cost: Any, large_tabor: Any) -> str:
         ["elastic, a Tabor parameter of about 0.2", "closed form (DMT)", *cells("closed form", "DMT, rubbery")],
         ["any protocol, solid and effects", "`bem simulate`", *cells("solver", "standard")],
         ["a Tabor parameter above about 20", "`bem simulate`, by a sharp crack", *crack],
-        ["load, dwell, unload; a standard linear solid; gradients", "`fast`", *cells("fast", "ONNX single")],
-        ["the same, more accurately", "`accurate`", *cells("accurate", "ONNX single")],
+        ["load, dwell, unload; any linear solid", "`fast`", *cells("fast", "NumPy single")],
+        ["the same, more accurately", "`accurate`", *cells("accurate", "NumPy single")],
     ]
     return markdown_table(["Your contact", "Take", "Error of the pull-off force (%)", "Time of a call (ms)"], rows)
 

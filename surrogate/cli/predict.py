@@ -116,7 +116,7 @@ def predict(
     from bem.results.plots import title_of
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions
-    from surrogate.cli.predict_io import knows_any_solid, of_protocols, protocols_asked, write_answers
+    from surrogate.cli.predict_io import of_protocols, protocols_asked, write_answers
     from surrogate.files import PRETRAINED
 
     require_suffix(out, (".csv", ".json"))
@@ -128,9 +128,9 @@ def predict(
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
-        if coverage is not None and not knows_any_solid(model):
+        if coverage is not None and not model.any_solid:
             raise ValueError(f"--coverage must go with {' or '.join(PRETRAINED)}, which know it; received {model.name}")
-        own = None if knows_any_solid(model) else model.modulus_ratio
+        own = None if model.any_solid else model.modulus_ratio
         ratio = _solver_material(model, table, modulus_ratio, check=check)
         answers = of_protocols(model, table, _solid(model, table, ratio, material, modulus_ratio), coverage)
         quiet = out is not None and len(answers) > 1
@@ -192,10 +192,9 @@ def _solid(model: Any, table: Table, ratio: float, material: str | None, modulus
     if material is None:
         return ratio
     from bem.cli.arguments import parse_material
-    from surrogate.cli.predict_io import knows_any_solid
     from surrogate.files import PRETRAINED
 
-    if not knows_any_solid(model):
+    if not model.any_solid:
         raise ValueError(
             f"--material must go with {' or '.join(PRETRAINED)}, which know any solid; received it for {model.name}"
         )
@@ -211,9 +210,7 @@ def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, ch
         ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or another
             modulus ratio than the model's without a check.
     """
-    from surrogate.cli.predict_io import knows_any_solid
-
-    column, several = RATIO in table.columns, knows_any_solid(model)
+    column, several = RATIO in table.columns, model.any_solid
     if column and not several:
         raise ValueError(
             f"protocols must have no {RATIO} for {model.name}, which knows one material; accurate and fast know any "

@@ -130,19 +130,12 @@ def protocols_asked(source: Path | None, options: Sequence[float | None]) -> Tab
     return read_table(source)
 
 
-def knows_any_solid(model: Any) -> bool:
-    """Whether a model is a `surrogate.solids.SolidSurrogate`."""
-    from surrogate.solids import SolidSurrogate  # it compiles kernels
-
-    return isinstance(model, SolidSurrogate)
-
-
 def of_protocols(model: Any, table: Table, solid: Any, coverage: float | None) -> list[Answer]:
     """Predict protocols, on one solid or modulus ratio, unless the table has a column of such ratios."""
     protocols, tabor = table.protocols(), table.columns["tabor"]
     scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [solid] * len(tabor)), strict=True)]
     options: dict[str, Any] = {} if coverage is None else {"coverage": coverage}
-    one_material = not knows_any_solid(model) and model.modulus_ratio is not None
+    one_material = not model.any_solid and model.modulus_ratio is not None
     model_scenes = [_scene(mu, model.modulus_ratio) for mu in tabor] if one_material else scenes
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):

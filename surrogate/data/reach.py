@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surrogate.data.solid_features import FEATURES
+from surrogate.data.solid_features import FEATURES, PLAIN
 
 TOLERANCE, MARGIN = 1e-3, 0.1
 """How far outside its range a feature may lie, in widths of it: as inside, and with a warning."""
@@ -64,10 +64,17 @@ class Reach:
         excess = np.maximum(self.low - features, features - self.high) / width
         for row in np.flatnonzero((excess.max(axis=1) > TOLERANCE) | (distances > 1.0)):
             texts = [
-                f"{FEATURES[at]} {features[row, at]:.3g}, outside {self.low[at]:.3g} to {self.high[at]:.3g}"
+                _words(at, features[row, at], self.low[at], self.high[at])
                 for at in np.flatnonzero(excess[row] > TOLERANCE)
             ]
             if distances[row] > 1.0:
                 texts.append(f"features {distances[row]:.2f} times as far from the mean as those of the training")
             results[row] = (tuple(texts), bool(excess[row].max() > MARGIN or distances[row] > FARTHEST))
         return results
+
+
+def _words(at: int, *values: float) -> str:
+    """Name of a feature, its value and its range; the first ones as users know them."""
+    name = FEATURES[at] if at < PLAIN else f"feature {FEATURES[at]}"
+    value, low, high = np.exp(values) if at < PLAIN else values
+    return f"{name} {value:.4g}, outside {low:.3g} to {high:.3g}"

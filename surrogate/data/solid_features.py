@@ -36,6 +36,8 @@ FEATURES = (
     *(f"beyond_{number}" for number in range(BEYOND.size)),
 )
 """Names of the columns that `solid_features` returns."""
+PLAIN = 5
+"""How many of the first are the logarithms of quantities that a user gives, or of their ratios."""
 _TINY = 1e-9
 
 

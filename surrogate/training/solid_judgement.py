@@ -3,11 +3,12 @@ r"""Calibrate a model of any linear solid, and judge it, against the converged s
     bem campaign --solids prony:1-4 --design sobol --modulus-ratio 0.01:1 --steps pull-off --accuracy 1e-3 \
         --count 6000 --seed 176 --out calibration.h5
     python -m surrogate.training.solid_judgement MODEL --fit fit.h5 --calibrate calibration.h5
-    python -m surrogate.training.solid_judgement MODEL --judge test.h5 --out errors.json
+    python -m surrogate.training.solid_judgement MODEL --judge test.h5
 
 The expected errors are fitted to `--fit`, at the accuracy of the training: on the training itself errors are too small,
 most where it is sparse. Those trajectories, and those of `--calibrate` and `--judge`, come from seeds that no training
-saw. Each file of `--judge` is a place: a kind of solids, a corner, an edge.
+saw. Each file of `--judge` is a place: a kind of solids, corners, edges. What it finds is written to `errors.json` in
+the folder of the model.
 """
 
 from __future__ import annotations
@@ -16,18 +17,15 @@ import argparse
 import json
 import shlex
 import sys
-import time
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem.dataset.campaign import Campaign
 from bem.dataset.designs import OUTERMOST
 from bem.dataset.file import Dataset, load_dataset
 from surrogate.intervals import BANDS, SolidIntervals, kinds_of
@@ -37,6 +35,8 @@ COVERAGES = (0.5, 0.9)
 QUANTILES = (0.5, 0.9, 0.99)
 RESULTS = ("pull-off force", "time since the dwell", "hysteresis", "largest compression")
 """Words for `SCALARS`."""
+ERRORS = "errors.json"
+"""What `--judge` writes into the folder of a model."""
 FITTED = 40_000
 """Trajectories at most to which the expected errors are fitted."""
 
@@ -83,10 +83,10 @@ def calibrate(folder: Path, fitted: Sequence[Path], calibrating: Sequence[Path])
 def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     """Errors in per cent at `QUANTILES`, and coverages in per cent, of a data set.
 
-    They are those of contacts that the model takes without a warning; their share is there too. Those of the
-    compression are relative to it, or to a force of 1 where it is less; those of the curve relative to its range, the
-    mean and the largest over the instants of unloading and all others. At edges and in corners there are the
-    coverages on each of their `sides`, too.
+    They are those of contacts that the model takes without a warning; their share is there too. Those of hysteresis
+    and compression are relative to them, or to 1 where they are less; those of the curve relative to its range, the
+    mean and the largest over the instants of unloading and all others. There are the coverages at each of the `ends`
+    of the ranges, too.
     """
     dataset = load_dataset(path)
     rows = dataset.completed
@@ -101,7 +101,7 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     results = (
         np.abs(part["pull_off_force"] / true["pull_off_force"] - 1.0),
         np.abs(since[0] / since[1] - 1.0),
-        np.abs(part["hysteresis"] / true["hysteresis"] - 1.0),
+        np.abs(part["hysteresis"] - true["hysteresis"]) / np.maximum(true["hysteresis"], 1.0),
         compression / np.maximum(np.abs(true["max_compression"]), 1.0),
     )
     errors = dict(zip(RESULTS, results, strict=True)) | {
@@ -114,14 +114,13 @@ def judged(model: SolidSurrogate, path: Path) -> dict[str, dict[str, float]]:
     }
     bias = part["pull_off_force"] / true["pull_off_force"] - 1.0
     table["pull-off force"]["bias"] = 100.0 * float(np.median(bias))
-    at_sides = dataset.attributes["campaign"]["design"] != "sobol"
-    members = sides(dataset, rows) if at_sides else {}
+    members = ends(dataset, rows)
     for coverage in COVERAGES:
         for name, covered in _covered(model, part, coverage).items():
             table.setdefault(name, {})[f"covered at {coverage:g}"] = 100.0 * float(covered.mean())
-            for side, own in members.items() if coverage == COVERAGES[-1] else ():
+            for end, own in members.items() if coverage == COVERAGES[-1] else ():
                 share = 100.0 * float(covered[own].mean()) if own.any() else np.nan
-                table.setdefault(f"at {side}", {"count": float(own.sum())})[name] = share
+                table.setdefault(f"at {end}", {"count": float(own.sum())})[name] = share
     return table | {"trajectories": {"count": len(inside), "inside": 100.0 * float(inside.mean())}}
 
 
@@ -142,23 +141,31 @@ def _covered(model: SolidSurrogate, part: dict[str, np.ndarray], coverage: float
     return dict(zip((*RESULTS, *BANDS), covered, strict=True))
 
 
-def sides(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Which contacts (batch,) lie in the outermost fifth of the range of a quantity, in its logarithm, by its name."""
-    campaign, members = dataset.attributes["campaign"], {}
+def ends(dataset: Dataset, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Which contacts (batch,) of a design of edges or corners lie at each end of a range, or in each corner, by name.
+
+    An end is the outermost fifth of a range, in its logarithm, a corner one of each range.
+    """
+    campaign = dataset.attributes["campaign"]
+    if campaign["design"] not in ("edges", "corners"):
+        return {}
+    pairs = []
     for name, drawn in (campaign["ranges"] | {"modulus_ratio": campaign["modulus_ratio"]}).items():
         low, high = np.broadcast_to(drawn, 2)
-        if low == high:
-            continue
         values = dataset.modulus_ratios if name == "modulus_ratio" else dataset.protocols[name]
         share = np.log(values[rows] / low) / np.log(high / low)
-        members |= {f"low {name}": share <= OUTERMOST, f"high {name}": share >= 1.0 - OUTERMOST}
-    return members
+        pairs.append({f"low {name}": share <= OUTERMOST, f"high {name}": share >= 1.0 - OUTERMOST})
+    if campaign["design"] == "edges":
+        return {end: members for pair in pairs for end, members in pair.items()}
+    return {
+        ", ".join(corner): np.all([p[end] for p, end in zip(pairs, corner, strict=True)], axis=0)
+        for corner in product(*pairs)
+    }
 
 
 def _force_at(times: np.ndarray, dataset: Dataset, rows: np.ndarray) -> np.ndarray:
     """True forces of some trajectories at instants (batch, steps), interpolated phase by phase."""
-    ends = np.cumsum([0, *dataset.counts])
-    phases = [slice(max(begin - 1, 0), end) for begin, end in pairwise(ends)]
+    phases = [slice(max(begin - 1, 0), end) for begin, end in pairwise(np.cumsum([0, *dataset.counts]))]
     force = np.empty(times.shape)
     for row, (instants, true) in enumerate(zip(dataset.grid()[0][rows], dataset.force[rows], strict=True)):
         for phase in phases:
@@ -173,27 +180,6 @@ def printed(table: dict[str, dict[str, float]]) -> str:
     )
 
 
-def milliseconds(model: Any, path: Path, *, batch: int = 512, repeats: int = 20) -> dict[str, float]:
-    """Least wall time of a call for one contact of a data set, and of one in a batch."""
-    dataset = load_dataset(path)
-    scenes, protocols = zip(
-        *Campaign.of(dataset.attributes["campaign"]).cases_of(dataset.completed[:batch]), strict=True
-    )
-
-    def least(calls: int, scene: Any, protocol: Any) -> float:
-        times = []
-        for _ in range(calls):
-            begin = time.perf_counter()
-            model.predict(scene, protocol)
-            times.append(time.perf_counter() - begin)
-        return 1e3 * min(times)
-
-    return {
-        "single": least(10 * repeats, scenes[0], protocols[0]),
-        "batch": least(repeats, scenes, protocols) / len(scenes),
-    }
-
-
 def main() -> None:
     """Calibrate or judge the model that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -204,21 +190,20 @@ def main() -> None:
         ("judge", "data sets at accuracy 1e-3, one for each place"),
     ):
         parser.add_argument(f"--{name}", type=Path, nargs="+", default=[], help=text)
-    parser.add_argument("--out", type=Path, help="JSON file for what --judge prints")
     chosen = parser.parse_args()
     if bool(chosen.fit) != bool(chosen.calibrate):
         parser.error("--fit and --calibrate must be given together")
     if chosen.calibrate:
         calibrate(chosen.folder, chosen.fit, chosen.calibrate)
-    model, result = SolidSurrogate.load(chosen.folder), {"places": {}}
-    for path in chosen.judge:
-        result["places"][path.stem] = judged(model, path)
-    for name, table in result["places"].items():
+    if not chosen.judge:
+        return
+    model = SolidSurrogate.load(chosen.folder)
+    places = {path.stem: judged(model, path) for path in chosen.judge}
+    for name, table in places.items():
         print(f"{name}\n{printed(table)}")
-    if chosen.out is not None:
-        result |= {"milliseconds": milliseconds(model, chosen.judge[0])}
-        result |= provenance(f"python -m surrogate.training.solid_judgement {shlex.join(sys.argv[1:])}")
-        write_whole(chosen.out, json.dumps(result, indent=1) + "\n")
+    result = {"places": places}
+    result |= provenance(f"python -m surrogate.training.solid_judgement {shlex.join(sys.argv[1:])}")
+    write_whole(chosen.folder / ERRORS, json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

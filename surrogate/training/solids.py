@@ -1,8 +1,8 @@
 r"""Train a model of any linear solid in two stages: scalar results first, then the curve around the pull-off.
 
     bem campaign --solids prony:1-4 --design sobol --modulus-ratio 0.01:1 --steps pull-off --count 400000 --seed 71 \
-        --out any_solid.h5
-    python -m surrogate.training.solids --data any_solid.h5 --runs results/solids --publish published/pretrained/solids
+        --out prony.h5
+    python -m surrogate.training.solids --data prony.h5 --runs results/solids/fast --publish published/pretrained/fast
 
 Stage one maps the features of `surrogate.data.solid_features` to pull-off force and time, hysteresis and largest
 compression. Stage two maps the features and what stage one says to the force at steps around the pull-off
@@ -159,8 +159,12 @@ def train_stage(
     units: Sequence[int] = UNITS,
     fronts: Sequence[slice] = (),
     where: np.ndarray | None = None,
-) -> Stage:
-    """Train one stage in `folder`, or resume it, and return it; `where` are the places of the steps of its fronts."""
+) -> tuple[Stage, float]:
+    """Train one stage in `folder`, or resume it; `where` are the places of the steps of its fronts.
+
+    Returns:
+        The stage, and processor seconds of the training.
+    """
     polynomial = Polynomial.fit(features, targets)
     z, left = polynomial.standardised(features), polynomial.left(features, targets)[:, np.newaxis]
     sequence = z[:, 1:] if where is None else np.column_stack([z[:, 1:], where.reshape(len(z), -1)])
@@ -168,8 +172,9 @@ def train_stage(
     training, choosing = (Examples(sequence[part, np.newaxis], z[part, :1], left[part]) for part in _parts(count))
     ends = [(steps.start, steps.stop) for steps in fronts]
     model = started(partial(network, z.shape[1], left.shape[2], units, fronts=ends), recipe.seed)
-    fit(model, training, choosing, recipe, folder, facts=facts | {"recipe": recipe.as_dict()}, report=report)
-    return stage_of(polynomial, model)
+    more = facts | {"recipe": recipe.as_dict()}
+    progress = fit(model, training, choosing, recipe, folder, facts=more, report=report)
+    return stage_of(polynomial, model), progress.spent("cpu_seconds")
 
 
 def stage_of(polynomial: Polynomial, model: keras.Model) -> Stage:
@@ -199,12 +204,14 @@ def train(
     """Train both stages in `runs`, or resume them, and write the model to the folder `target`."""
     facts = {"dataset": data.sha256}
     with locked(runs):
-        scalars = train_stage(data.features, data.scalars, recipes[0], runs / "scalars", facts, report, units=units)
+        part = (data.features, data.scalars, recipes[0], runs / "scalars", facts, report)
+        scalars, seconds = train_stage(*part, units=units)
         inputs = np.column_stack([data.features, scalars(data.features)])
         steps = front_steps(data.counts)
         part = (inputs, data.curve, recipes[1], runs / "curve", facts, report)
-        curve = train_stage(*part, units=units, fronts=steps, where=data.places)
+        curve, more_seconds = train_stage(*part, units=units, fronts=steps, where=data.places)
     facts |= {"training_trajectories": len(data.features), "sources": data.sources}
+    facts |= {"cpu_seconds": seconds + more_seconds}
     facts |= {
         "recipes": [recipe.as_dict() for recipe in recipes],
         "command": f"python -m surrogate.training.solids {shlex.join(sys.argv[1:])}",

@@ -10,11 +10,9 @@ import pytest
 
 import bem.dataset.file
 from bem import Scene, StandardLinearSolid
-from bem.dataset.designs import PAPER_RANGES
-from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
+from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 from experiments.common import scenes as scenes
-from surrogate.data.scaling import Scaling
 
 COUNTS = (50, 20, 50)
 
@@ -128,7 +126,7 @@ def every_model():
     from surrogate.architectures.naming import names
 
     found = [pytest.param(name, "D", marks=[] if name in QUICK else pytest.mark.slow) for name in names()]
-    return [*found, *(("M3-concat", features) for features in "ABCEF")]
+    return [*found, *(("M3-concat", features) for features in "ABC")]
 
 
 build_least = builder(lambda layers: layers.Dropout(0.1, name="dropout"))
@@ -243,44 +241,3 @@ def refused(command, words, *, folder):
     assert len(err) < 1000
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     return err
-
-
-RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
-
-
-@pytest.fixture(scope="session")
-def made(tmp_path_factory):
-    """A folder as `make pretrained` leaves it, of a network that nobody trained."""
-    import keras
-
-    from surrogate.files import write_run
-    from surrogate.intervals import Bands
-    from surrogate.onnx.export import network_content
-    from surrogate.training.pretrained import network
-
-    folder = tmp_path_factory.mktemp("made") / "fast"
-    folder.mkdir()
-    keras.utils.set_random_seed(0)
-    (folder / "model.onnx").write_bytes(network_content([network("LSTM", (4,), PHYSICAL)], "F", "fast"))
-    Scaling("F", (0.0,) * 12, (1.0,) * 12, (0.7, 0.3), (1.5, 1.0), RANGES).save(folder / "scaling.json")
-    rng = np.random.default_rng(0)
-    errors = np.exp(rng.normal(size=(4000, 105)) - 4.0)
-    known = np.exp(rng.uniform(*np.log([*RANGES.values(), (1e-4, 0.5)]).T, (4000, 7)))
-    bands = Bands.calibrate(RANGES, known, errors[:, :3].T, errors[:, 3:], 2000)
-    bands.quantiles[:, :64] = bands.quantiles[:, 64:65]  # of corners in which nothing was drawn
-    np.savez(folder / "bands.npz", **bands.as_arrays())
-    write_run(folder, {"counts": [22, 8, 72]})
-    return folder
-
-
-@pytest.fixture
-def untrained(made, tmp_path):
-    """A copy of it, to damage."""
-    return shutil.copytree(made, tmp_path / "fast")
-
-
-@pytest.fixture(scope="session")
-def banded(made):
-    from surrogate.loading import load_banded
-
-    return load_banded(made)

@@ -13,7 +13,7 @@ import pytest
 import surrogate
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.scaling import PUBLISHED_MATERIALS
-from surrogate.files import PUBLISHED, PUBLISHED_BANDED, SUMMED, read_intact, read_record, read_run, write_run
+from surrogate.files import PUBLISHED, PUBLISHED_PRETRAINED, SUMMED, read_intact, read_record, read_run, write_run
 from surrogate.networks import load_weights
 from surrogate.onnx.file import sealed
 from surrogate.training.runs import folder_content
@@ -28,7 +28,7 @@ def test_bad_numbers_of_threads_are_refused(threads):
 
 
 def test_unknown_and_untrained_names(folder):
-    with pytest.raises(ValueError, match=r"M1-concat, .*, accurate, any-solid, fast; received 'M9'"):
+    with pytest.raises(ValueError, match=r"M1-concat, .*, accurate, fast; received 'M9'"):
         surrogate.load("M9", root=folder.parent)
     with pytest.raises(FileNotFoundError, match=r"surrogate train M2-FiLM.*trained there: M1-concat"):
         surrogate.load("M2-FiLM", root=folder.parent)
@@ -84,7 +84,7 @@ def test_files_of_another_model_are_refused(folder):
 
 
 def test_every_published_file_has_its_sum():
-    for path in [*PUBLISHED.glob("*/run.json"), *PUBLISHED_BANDED.glob("*/run.json")]:
+    for path in [*PUBLISHED.glob("*/run.json"), *PUBLISHED_PRETRAINED.glob("*/run.json")]:
         run = read_record(path.parent)
         present = {name for name in SUMMED if (path.parent / name).is_file()}
         assert run["sha256"].keys() == present

@@ -16,7 +16,7 @@ from surrogate.data.fronts import front_steps, places
 from surrogate.data.polynomial import Polynomial
 from surrogate.data.reach import Reach
 from surrogate.data.solid_features import FEATURES, forces_without_adhesion, solid_features
-from surrogate.intervals import KINDS, SolidIntervals, kinds_of
+from surrogate.intervals import SolidIntervals
 from surrogate.solids import (
     SCALARS,
     SolidSurrogate,
@@ -76,22 +76,6 @@ def test_features_know_no_unit_of_time():
     slower["dwell_time"] = 7.0 * slower["dwell_time"]
     features = solid_features(slower, np.array([[0.4, 0.5]]), np.array([[0.7, 70.0]]))[0]
     np.testing.assert_allclose(features, features_of([0.4, 0.5], [0.1, 10.0]), atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("times", "kind"),
-    [
-        ([], 0),
-        ([1.0], 0),
-        ([1.0, 9e3], 0),
-        ([1.0, 2e4], 1),
-        ([1.0, 2.0, 3.0, 4.0, 5.0], 2),
-        ([1.0, 9.0, 1e2, 1e3, 1e9], 1),
-    ],
-)
-def test_kinds_are_few_close_times_far_ones_and_many(times, kind):
-    padded = np.array([[*times, *[1.0] * (5 - len(times))]])
-    assert kinds_of(np.where(np.arange(5) < len(times), 0.1, 0.0)[np.newaxis], padded) == [kind]
 
 
 def test_features_of_an_elastic_solid_have_no_memory():
@@ -251,61 +235,24 @@ def test_damaged_file_is_refused(folder, tmp_path):
         SolidSurrogate.load(tmp_path)
 
 
-def noisy(random, count):
-    """Features whose errors grow with the first of them, more for broad spectra; those of the curve along the steps."""
-    features, kinds = random.normal(size=(count, 3)), random.choice([0, 1], count)
-    sizes = np.exp(features[:, :1]) * (1.0 + kinds)[:, np.newaxis]
-    return (
-        features,
-        kinds,
-        sizes * random.normal(size=(count, 2)),
-        sizes * random.normal(size=(count, 6)) * np.arange(6),
-    )
-
-
-def test_intervals_and_bands_cover_every_group_and_kind():
-    random = np.random.default_rng(3)
-    features, _, *errors = noisy(random, 20_000)
-    intervals = SolidIntervals.fit(features, *errors).calibrated(*noisy(random, 20_000))
-    features, kinds, errors, curve_errors = noisy(random, 20_000)
-    half, shape = intervals.half_widths(features, kinds, 0.9)
-    results = np.abs(errors) <= half[:, :2]
-    steps, curves = (np.abs(curve_errors) <= shape * half[:, row, np.newaxis] for row in (2, 3))
-    groups = intervals.groups(features)
-    for kind in (kinds == 0, kinds == 1):
-        for group in range(5):
-            assert 0.87 < results[(groups[:, 0] == group) & kind, 0].mean() < 0.95
-            members = (groups[:, 2] == group) & kind
-            assert 0.87 < steps[members].mean() < 0.95
-            assert 0.87 < curves[members].all(axis=1).mean() < 0.95
-    # Errors grow along the steps, and so do the bands.
-    assert np.all(np.diff(shape, axis=1) > 0.0)
-    again = SolidIntervals.of_arrays(intervals.as_arrays())
-    for values, expected in zip(again.half_widths(features, kinds, 0.9), (half, shape), strict=True):
-        np.testing.assert_array_equal(values, expected)
-
-
-def test_sides_are_the_outermost_fifths(data):
-    from surrogate.training.solid_judgement import sides
+def test_ends_are_the_outermost_fifths(data, monkeypatch):
+    from surrogate.training.solid_judgement import ends
 
     dataset = load_dataset(data)
     rows = dataset.completed[5:]
-    found = sides(dataset, rows)
+    assert ends(dataset, rows) == {}
+    monkeypatch.setitem(dataset.attributes["campaign"], "design", "edges")
+    found = ends(dataset, rows)
     assert len(found) == 12
     tabor, ratio = dataset.protocols["tabor"][rows], dataset.modulus_ratios[rows]
     np.testing.assert_array_equal(found["low tabor"], tabor <= 0.2 * 16.0**0.2)
     np.testing.assert_array_equal(found["high modulus_ratio"], ratio >= 0.01 * 100.0**0.8)
     assert 0 < found["low tabor"].sum() < len(rows)
-
-
-def test_kind_without_calibration_has_wide_intervals():
-    random = np.random.default_rng(4)
-    features, _, *errors = noisy(random, 2_000)
-    intervals = SolidIntervals.fit(features, *errors)
-    intervals = intervals.calibrated(features, np.zeros(len(features), int), *errors)
-    few, many = (intervals.half_widths(features, np.full(len(features), kind), 0.9)[0] for kind in (0, 2))
-    assert np.all(many > 50.0 * few)
-    assert len(KINDS) == 3
+    monkeypatch.setitem(dataset.attributes["campaign"], "design", "corners")
+    corners = ends(dataset, rows)
+    assert len(corners) == 64
+    lowest = ", ".join(end for end in found if end.startswith("low"))
+    np.testing.assert_array_equal(corners[lowest], np.all([found[end] for end in lowest.split(", ")], axis=0))
 
 
 def test_intervals_are_those_of_the_folder(folder, tmp_path):
@@ -323,8 +270,5 @@ def test_intervals_are_those_of_the_folder(folder, tmp_path):
     assert np.all(trajectory.force_lower < trajectory.force)
     # The band of whole curves is the wider one, absolute before the unloading, where forces are those of adhesion.
     assert np.all(trajectory.curve_upper > trajectory.force_upper)
-    np.testing.assert_allclose(
-        np.sinh(np.arcsinh(trajectory.force_lower) + np.arcsinh(trajectory.force_upper))[:30],
-        np.sinh(2.0 * np.arcsinh(trajectory.force))[:30],
-        rtol=1e-9,
-    )
+    ends = np.arcsinh([trajectory.force_lower, trajectory.force_upper])
+    np.testing.assert_allclose(ends.mean(axis=0)[:30], np.arcsinh(trajectory.force)[:30], rtol=1e-9)

@@ -1,24 +1,16 @@
-"""Trainings count as done when they come from what is asked for; sets of features are compared across steps."""
+"""Trainings count as done when they come from what is asked for; those of feature sets are kept."""
 
 import dataclasses
 import json
 import shutil
 
-import numpy as np
 import pytest
 import typer
 
-from bem.dataset.campaign import Campaign
-from bem.dataset.measurement_steps import PHYSICAL
-from experiments.cases import Hidden
-from experiments.surrogates.measurement_steps import READINGS
 from experiments.trainings import data_efficiency, feature_sets
 from experiments.trainings import variants as trainings
 from experiments.trainings.variants import Variant, kept_folder
-from surrogate.data.dataset import TrajectoryDataset
-from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import run_here
-from tests.experiments.models import shallow, write_training
+from tests.experiments.models import write_training
 
 VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
 
@@ -109,127 +101,37 @@ def test_results_of_same_training_are_kept(epochs, mse, tmp_path, dataset, data,
     assert study(tmp_path, dataset, [entry])["mse"] == mse
 
 
-SETTINGS = {"architecture": "M1-concat", "recipe": "swift", "epochs": 1, "sets": ["A", "D"], "physical": ["D"]}
-SETTINGS |= {"hidden": 3, "jobs": 1}
+SETTINGS = {"architecture": "M1-concat", "recipe": "swift", "epochs": 1, "sets": ["A", "D"], "jobs": 1}
 
 
-@pytest.fixture(scope="module")
-def physical(tmp_path_factory):
-    """The protocols of `dataset` at physical steps."""
-    path = tmp_path_factory.mktemp("data") / "physical.h5"
-    run_here(Campaign(count=60, seed=2, counts=PHYSICAL, steps="physical"), path, solver=stand_in.solve)
-    return path
-
-
-@pytest.fixture
-def scored(monkeypatch):
-    """Stands in for the comparison on hidden protocols; the models that it was asked for."""
-    calls = []
-
-    def compared(folders, count):
-        calls.append({label: steps for label, (_, steps) in folders.items()})
-        return {label: {"count": count} for label in folders}, {"uniform": {"count": count}}
-
-    monkeypatch.setattr(feature_sets, "hidden_errors", compared)
-    return calls
-
-
-def run(tmp_path, dataset, file, **changes):
+def run(tmp_path, dataset):
     """One call; returns the content of the result file."""
     out = tmp_path / "out.json"
-    feature_sets.study(SETTINGS | changes, dataset, tmp_path / "published", out, work=tmp_path, physical=file)
+    feature_sets.study(SETTINGS, dataset, tmp_path / "published", out, work=tmp_path)
     return json.loads(out.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(("waits_for", "sets", "summary"), [("D", "A", None), ("D-physical", "AD", 1.0)])
-def test_summary_waits_for_paper_sets_only(waits_for, sets, summary, tmp_path, dataset, physical, queue, scored):
-    queue[0].add(f"features-{waits_for}")
+def test_summary_waits_for_its_sets(tmp_path, dataset, queue):
+    queue[0].add("features-D")
     with pytest.raises(typer.Exit):
-        run(tmp_path, dataset, physical)
+        run(tmp_path, dataset)
     result = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert (list(result["sets"]), result["complete"]) == (list(sets), False)
-    assert result["summary"].get("factor_a_over_d") == summary
-    assert (list(result["physical"]), scored) == (["D"] if waits_for == "D" else [], [])
+    assert (list(result["sets"]), result["complete"], result["summary"]) == (["A"], False, {})
 
 
-def test_physical_sets_use_own_data_set(tmp_path, dataset, physical, queue, scored):
-    result = run(tmp_path, dataset, physical)
-    assert queue[1] == ["features-A", "features-D", "features-D-physical"]
-    assert (result["complete"], list(result["sets"]), list(result["physical"])) == (True, ["A", "D"], ["D"])
-    digests = [training["training"] for group in ("sets", "physical") for training in result[group].values()]
-    assert len(set(digests)) == 3
-    trained = json.loads((tmp_path / "models" / "features-D-physical" / "run.json").read_text(encoding="utf-8"))
-    assert trained["dataset_sha256"] == TrajectoryDataset.load(physical).sha256
-    assert scored == [{"features-A": "uniform", "features-D": "uniform", "features-D-physical": "physical"}]
-    assert result["physical"]["D"]["hidden"] == {"count": 3}
-    assert result["floor"] == {"uniform": {"count": 3}}
-
-
-def test_errors_are_kept_without_weights(tmp_path, dataset, physical, queue, scored):
-    first = run(tmp_path, dataset, physical)
+def test_errors_are_kept_without_weights(tmp_path, dataset, queue):
+    first = run(tmp_path, dataset)
+    assert (first["complete"], first["summary"]["factor_a_over_d"]) == (True, 1.0)
     (tmp_path / "models").rename(tmp_path / "gone")
-    again = run(tmp_path, dataset, physical)
-    assert (again["sets"], again["physical"], again["floor"]) == (first["sets"], first["physical"], first["floor"])
-    assert (len(queue[1]), len(scored)) == (3, 1)
-    # A training whose weights are gone keeps its errors; one that is there is measured on as many protocols as asked.
-    (tmp_path / "models").mkdir()
-    (tmp_path / "gone" / "features-D").rename(tmp_path / "models" / "features-D")
-    (tmp_path / "gone" / "features-A").rename(tmp_path / "models" / "features-A")
-    (tmp_path / "models" / "features-A" / "model.weights.h5").unlink()
-    more = run(tmp_path, dataset, physical, hidden=4)
-    assert scored[1:] == [{"features-D": "uniform"}]
-    assert [more["sets"][name]["hidden"]["count"] for name in "AD"] == [3, 4]
-
-
-def test_data_sets_must_hold_same_protocols(tmp_path, dataset, physical, queue, scored):
-    with pytest.raises(FileNotFoundError, match="`make feature-sets` makes it"):
-        run(tmp_path, dataset, tmp_path / "absent.h5")
-    with pytest.raises(ValueError, match="received 60 trajectories at uniform steps"):
-        run(tmp_path, dataset, dataset)
-    foreign = tmp_path / "other.h5"
-    run_here(Campaign(count=60, seed=3, counts=PHYSICAL, steps="physical"), foreign, solver=stand_in.solve)
-    with pytest.raises(ValueError, match=r"must hold the protocols of .* received 60 trajectories at physical steps"):
-        run(tmp_path, dataset, foreign)
-    assert queue[1] == []
-    assert run(tmp_path, dataset, tmp_path / "absent.h5", physical=[])["physical"] == {}
+    assert run(tmp_path, dataset)["sets"] == first["sets"]
+    assert queue[1] == ["features-A", "features-D"]
 
 
 def test_paper_ranking_is_of_paper_sets():
-    errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0, "E": 0.4, "F": 0.1}
+    errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0, "X": 0.1}
     summary = feature_sets.summary({name: {"validation_mse": error} for name, error in errors.items()})
     expected = {"order": ["C", "D", "B", "A"], "best": "C", "all_improve_over_a": True, "d_better_than_c": False}
     assert summary == expected | {"factor_a_over_d": 7.0}
     two = feature_sets.summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
     assert two == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
-    assert feature_sets.summary({"F": {"validation_mse": 0.1}})["best"] is None
-
-
-class Copy:
-    """A model that predicts the solver's forces, a share too large."""
-
-    def __init__(self, share):
-        self.share = share
-
-    def predict_history(self, times, indentations, scenes):
-        assert times.shape == indentations.shape
-        trajectories = Hidden.draw(len(scenes), feature_sets.common.MODULUS_RATIO).simulated("draft")
-        pairs = zip(trajectories, times, strict=True)
-        return (1.0 + self.share) * np.array([run.at(np.minimum(row, run.time[-1])) for run, row in pairs])
-
-
-def test_models_of_both_steps_are_compared(monkeypatch, tmp_path):
-    simulated = Hidden.simulated
-    monkeypatch.setattr(Hidden, "draw", shallow)
-    monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))
-    shares = {"exact": 0.0, "off": 0.5}
-    monkeypatch.setattr(feature_sets.common, "load_surrogate", lambda name, _: Copy(shares[name]))
-    folders = {f"{name}-{steps}": (tmp_path / name, steps) for name in shares for steps in feature_sets.STEPS}
-    model_errors, floor = feature_sets.hidden_errors(folders, 4)
-    for steps in feature_sets.STEPS:
-        assert floor[steps]["count"] == 4
-        for reading in READINGS:
-            exact, off = (model_errors[f"{name}-{steps}"][reading] for name in ("exact", "off"))
-            assert floor[steps][reading]["p50"] < 5.0
-            assert exact == pytest.approx(floor[steps][reading], abs=1e-6)
-            assert off["p50"] == pytest.approx(50.0, abs=2.0 * floor[steps][reading]["p99"])
-    assert floor["uniform"]["pull_off"]["p50"] != floor["physical"]["pull_off"]["p50"]
+    assert feature_sets.summary({"X": {"validation_mse": 0.1}})["best"] is None

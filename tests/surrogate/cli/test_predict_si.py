@@ -29,7 +29,7 @@ LABORATORY = words(CYCLE)
 
 
 def test_material_of_the_library_in_newtons(program):
-    code, out, _ = program("predict", "any-solid", "--material", "polyurea", *LABORATORY, "--json")
+    code, out, _ = program("predict", "fast", "--material", "polyurea", *LABORATORY, "--json")
     assert code == 0
     found = json.loads(out)
     entry = load("polyurea_at_0c")
@@ -41,7 +41,7 @@ def test_material_of_the_library_in_newtons(program):
     assert found["tabor"] == pytest.approx(setup.physical_tabor)
     low, high = found["pull_off_interval"]
     assert low < found["pull_off_force"] < high
-    code, out, _ = program("predict", "any-solid", "--material", "polyurea", *LABORATORY)
+    code, out, _ = program("predict", "fast", "--material", "polyurea", *LABORATORY)
     assert code == 0
     assert "90 % interval" in out
 
@@ -50,8 +50,8 @@ def test_elastic_material_needs_no_time(program):
     soft = CYCLE | {"peak_indentation": "300nm"}
     # The first call may say that it compiles.
     slower = words(soft | {"dwell_time": "1000s"})
-    again = program("predict", "any-solid", "--material", "sylgard_184", *slower, "--json")[1]
-    code, out, err = program("predict", "any-solid", "--material", "sylgard_184", *words(soft), "--json")
+    again = program("predict", "fast", "--material", "sylgard_184", *slower, "--json")[1]
+    code, out, err = program("predict", "fast", "--material", "sylgard_184", *words(soft), "--json")
     assert (code, err) == (0, "")
     entry = load("sylgard_184_cured_at_100c")
     setup = Setup(**CONTACT, largest_tabor=EFFECTIVE_TABOR, relaxed_modulus=entry.relaxed_modulus)
@@ -63,7 +63,7 @@ def test_elastic_material_needs_no_time(program):
 def test_prony_series_of_the_command_line(program):
     words = ["--material", "prony:0.3@0.1,0.4@10", "--tabor", 1, "--peak-indentation", 20, "--loading-rate", 10]
     words += ["--dwell-time", 1, "--unloading-rate", 10]
-    code, out, err = program("predict", "any-solid", *words, "--check", "--json")
+    code, out, err = program("predict", "fast", *words, "--check", "--json")
     assert (code, err) == (0, "")
     (found,) = json.loads(out)
     scene = Scene(1.0, PronySeries([0.3, 0.4], [0.1, 10.0]))
@@ -71,23 +71,24 @@ def test_prony_series_of_the_command_line(program):
     exact = simulate(scene, protocol, 1e-3)
     assert found["pull_off_force"] == pytest.approx(exact.pull_off_force, rel=0.01)
     assert found["hysteresis"] == pytest.approx(exact.hysteresis, rel=0.03)
-    predicted = surrogate.load("any-solid").predict(scene, protocol)
+    predicted = surrogate.load("fast").predict(scene, protocol)
     np.testing.assert_allclose(found["force"], predicted.force)
     assert found["check"]["force_rms"] < 0.01
-    code, out, _ = program("predict", "any-solid", *words)
-    assert (code, "has no band" in out) == (0, True)
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("predict", "fast", "--material", "polyurea"), "--material must go with any-solid, which knows any solid"),
         (
-            ("predict", "any-solid", "--material", "elastic", "--modulus-ratio", 0.1),
+            ("predict", "M1-concat", "--material", "polyurea"),
+            "--material must go with fast or accurate, which know any solid",
+        ),
+        (
+            ("predict", "fast", "--material", "elastic", "--modulus-ratio", 0.1),
             "the solid must come from --material or from modulus ratios, not both",
         ),
-        (("predict", "any-solid", "--material", "pvb", *LABORATORY), "any-solid, `bem.simulate` takes others"),
-        (("export", "any-solid", "--out", "x.onnx"), "it has no ONNX file"),
+        (("predict", "fast", "--material", "pvb", *LABORATORY), "fast, `bem.simulate` takes others"),
+        (("export", "fast", "--out", "x.onnx"), "it has no ONNX file"),
     ],
 )
 def test_what_does_not_go_together_is_refused(program, words, message):

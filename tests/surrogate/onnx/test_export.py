@@ -1,6 +1,5 @@
 """Files of models against Keras: networks, channels of all feature sets, what they say, and where they are written."""
 
-import dataclasses
 import json
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import pytest
 import surrogate
 from surrogate.files import PUBLISHED
 from surrogate.model import Surrogate
-from surrogate.networks import KerasNetwork
 from surrogate.onnx.export import file_content
 from surrogate.training.runs import folder_content
 from tests.surrogate.conftest import every_model, scaling_of, scenes, write_onnx
@@ -46,7 +44,6 @@ def test_metadata_inputs_and_lstm_operator(dataset):
 
 
 def test_training_leaves_a_file_that_loads(folder):
-    assert surrogate.load(folder).network.complete
     assert (surrogate.load(folder / "model.onnx").name, surrogate.load(folder).name) == ("M1-concat",) * 2
     before = (folder / "model.onnx").read_bytes()
     (folder / "model.onnx").unlink()
@@ -79,7 +76,7 @@ def test_runtime_error_is_one_sentence(folder, monkeypatch):
     with pytest.raises(
         ValueError, match=r"must fit M1-concat and the memory; received shape \(1, 9\) \(no room"
     ) as caught:
-        model.network.force(times, times, np.ones(1), None, np.zeros_like(times))
+        model.network.force(times, times, np.ones(1), np.zeros_like(times))
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
 
@@ -138,23 +135,7 @@ def test_export_beside_weights_or_elsewhere(command, published, tmp_path, monkey
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-def test_material_inputs_hold_modulus_ratio(stirred, dataset, six, tmp_path):
-    backend, expected = stirred("M3-concat", "F")
-    path = write_onnx(tmp_path / "model.onnx", backend)
-    (ratio,) = [item for item in onnx.load(path).graph.initializer if item.name == "modulus_ratio"]
-    assert onnx.numpy_helper.to_array(ratio).tolist() == [0.1]
-    other = dataclasses.replace(backend.scaling, ranges=backend.scaling.ranges | {"modulus_ratio": (0.5, 0.5)})
-    write_onnx(path, KerasNetwork(backend.model, other, name="M3-concat"))
-    solids = scenes(dataset.protocols["tabor"][:6], 0.5)
-    found = other.scale_force(surrogate.load(path).predict_history(*six[:2], solids))
-    assert np.abs(found - expected).max() > 1e-2
-    unknown = dataclasses.replace(other, ranges={})
-    with pytest.raises(ValueError, match="must be known for features F; received none"):
-        write_onnx(path, KerasNetwork(backend.model, unknown))
-
-
-@pytest.mark.filterwarnings("ignore:.*extrapolates")
-@pytest.mark.parametrize(("name", "features"), [("M3-concat", "F"), ("M1-concat", "D")])
+@pytest.mark.parametrize(("name", "features"), [("M3-concat", "C"), ("M1-concat", "D")])
 def test_short_long_and_late_steps(name, features, stirred, tmp_path):
     backend, _ = stirred(name, features)
     onnx_model = surrogate.load(write_onnx(tmp_path / "model.onnx", backend))

@@ -107,7 +107,7 @@ def test_rare_settings_are_exported(dataset, tmp_path):
     (tmp_path / "m.onnx").write_bytes(file_content(model, scaling, name="m", architecture="m"))
     rows = np.arange(5)
     edge = edge_from_counts(dataset.points_per_phase, 5)
-    arguments = (*dataset.grid(rows), dataset.protocols["tabor"][rows], None, edge)
+    arguments = (*dataset.grid(rows), dataset.protocols["tabor"][rows], edge)
     expected = KerasNetwork(model, scaling).force(*arguments)
     found = surrogate.load(tmp_path / "m.onnx").network.force(*arguments)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4)

@@ -1,14 +1,12 @@
 """Gradients of `fast`, `accurate` and a model of the paper, beside the solver's: errors and cost.
 
 Processor seconds are of one thread, per gradient of the pull-off force, taken in turns with the solver's, on hidden
-protocols of the paper's modulus ratio. Errors of forces are measured by `experiments.surrogates.errors_by_place`, costs
-of calls by `experiments.measurements.accuracy_cost`.
+protocols of the paper's modulus ratio. Costs of calls are measured by `experiments.measurements.accuracy_cost`.
 
-The inputs F and their measurement steps are compiled and not differentiated automatically, so the gradient of a
-pretrained model is that of central differences of the network: twelve predictions for six quantities, of many protocols
-in one batch. A gradient is that of the logarithm of the pull-off force by the logarithms of the quantities, at
-differences of 5 % to either side, which every tool uses: an error is the tool's own and not that of the difference.
-Errors are relative to the solver at a finer accuracy.
+The features of a pretrained model are compiled and not differentiated automatically, so its gradient is that of central
+differences: twelve predictions for six quantities, of many protocols in one batch. A gradient is that of the logarithm
+of the pull-off force by the logarithms of the quantities, at differences of 5 % to either side, which every tool uses:
+an error is the tool's own and not that of the difference. Errors are relative to the solver at a finer accuracy.
 """
 
 from collections.abc import Callable, Iterable
@@ -18,15 +16,15 @@ import numpy as np
 import typer
 
 import surrogate
-from experiments.cases import Hidden, results_of
+from experiments.cases import RANGES, Hidden, results_of
 from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
 from experiments.measurements.tools import predicted
-from surrogate.files import BANDED as NAMES
-from surrogate.intervals import KNOWN as QUANTITIES
+from surrogate.files import PRETRAINED as NAMES
 
 ROUNDS = 5
+QUANTITIES = tuple(RANGES)
 COMMON = 5
 """The first ones, which a model of one material has too."""
 STEP = 0.05
