@@ -3,7 +3,7 @@
 The file is one line of JSON, filled with spaces to a multiple of eight bytes, then float64 and then float32, both
 little-endian. The line holds counts of points, the ranges that the page offers, and name and shape of each array in its
 order. The arrays are those of the model's folder: both stages, what their training covers, and the intervals, of which
-only the quantiles at `COVERAGE` for solids of few retardation times. `demo/src/fast.ts` reads it.
+only the quantiles at `COVERAGE` for the kinds of solids that the page has. `demo/src/fast.ts` reads it.
 
 Usage: `python -m experiments.demo_model`.
 """
@@ -22,14 +22,14 @@ import surrogate
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from experiments.cases import RANGES
-from surrogate.intervals import LEVELS
+from surrogate.intervals import KINDS, LEVELS
 from surrogate.solids import SolidSurrogate
 
 NAME = "fast"
 OUT = Path("demo/public/fast.bin")
 COVERAGE = 0.9
-KIND = 0
-"""Of the kinds of solids in `surrogate.intervals`: that of a standard linear solid."""
+SOLIDS = ("few times close together", "elastic")
+"""Of the kinds of solids in `surrogate.intervals`: a standard linear solid, and one of modulus ratio 1."""
 TYPES = {"doubles": "<f8", "singles": "<f4"}
 """Types of the arrays, by the name of their list."""
 
@@ -44,7 +44,7 @@ def packed(model: SolidSurrogate) -> bytes:
         raise ValueError(f"model must be one of any linear solid with intervals; received {model.name}")
     arrays = model.stages[0].as_arrays("scalars") | model.stages[1].as_arrays("curve")
     intervals = model.intervals.as_arrays()
-    intervals["quantiles"] = intervals["quantiles"][KIND, :, :, LEVELS.index(COVERAGE)]
+    intervals["quantiles"] = intervals["quantiles"][[*map(KINDS.index, SOLIDS)], :, :, LEVELS.index(COVERAGE)]
     arrays |= {f"reach/{name}": values for name, values in vars(model.reach).items()}
     arrays |= {f"intervals/{name}": values for name, values in intervals.items()}
     doubles = {name: values for name, values in arrays.items() if values.dtype == np.float64}

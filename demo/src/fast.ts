@@ -100,7 +100,7 @@ export class Fast implements Model {
     });
     const step = unloading + nearest([...grid.times.subarray(unloading)], time);
     force[step] = top;
-    const { half, shape } = halfWidths(features, this.intervals);
+    const { half, shape } = halfWidths(features, protocol.modulus_ratio === 1, this.intervals);
     const moved = (sign: number) =>
       force.map((value, i) => unit(i) * Math.sinh(Math.asinh(value / unit(i)) + sign * half[targets.length]! * shape[i]!));
     const interval = [-1, 1].map((sign) => top * Math.exp(sign * half[0]!)) as [number, number];

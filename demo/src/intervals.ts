@@ -1,6 +1,6 @@
 /**
- * How far the model may be wrong, and which contacts its training covers. Mirrors `surrogate/intervals.py`, for solids of
- * few retardation times, and `surrogate/data/reach.py`.
+ * How far the model may be wrong, and which contacts its training covers. Mirrors `surrogate/intervals.py`, for
+ * standard linear solids and elastic ones, and `surrogate/data/reach.py`.
  */
 
 import { polynomial, standardised, type Arrays } from "./network";
@@ -9,13 +9,14 @@ import { polynomial, standardised, type Arrays } from "./network";
 const TOLERANCE = 1e-3;
 
 /** Half-widths of the targets and, as multiples of the shape, of the force at each step and of the whole curve. */
-export function halfWidths(features: readonly number[], arrays: Arrays): { half: number[]; shape: ArrayLike<number> } {
+export function halfWidths(features: readonly number[], elastic: boolean, arrays: Arrays): { half: number[]; shape: Float64Array } {
   const { edges, quantiles, shape } = arrays;
   const sizes = [...polynomial(standardised(features, arrays), arrays["coefficients"]!)];
   const bounds = edges!.length / sizes.length;
   const groups = sizes.map((size, i) => edges!.subarray(i * bounds, (i + 1) * bounds).filter((edge) => edge < size).length);
   const curve = sizes.length - 1;
-  const half = [...sizes.keys(), curve].map((i, row) => Math.exp(sizes[i]!) * quantiles![row * (bounds + 1) + groups[i]!]!);
+  const own = quantiles!.subarray(elastic ? quantiles!.length / 2 : 0);
+  const half = [...sizes.keys(), curve].map((i, row) => Math.exp(sizes[i]!) * own[row * (bounds + 1) + groups[i]!]!);
   const steps = shape!.length / (bounds + 1);
   return { half, shape: shape!.subarray(groups[curve]! * steps, (groups[curve]! + 1) * steps) };
 }

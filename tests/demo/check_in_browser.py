@@ -11,7 +11,6 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
-from bem.dataset.designs import QUANTITIES
 from bem.dataset.pull_off_steps import pull_off_grid
 from bem.lab import Setup
 from experiments.cases import RANGES
@@ -47,13 +46,18 @@ def computed(name):
     return next(curve for curve in curves if curve["name"] == name)["results"]
 
 
+def steps(protocols, pull_off_times):
+    """Instants and indentations (batch, steps) around pull-offs."""
+    columns = {name: [float(row[name]) for row in protocols] for name in RANGES}
+    strengths = 1.0 - np.array(columns.pop("modulus_ratio"))[:, np.newaxis]
+    solids = {"strengths": strengths, "retardation_times": np.ones(strengths.shape)}
+    return pull_off_grid(**columns, **solids, pull_off_time=pull_off_times)
+
+
 def solver_force(curves, times):
     """The solver's force at other steps (batch, steps), interpolated phase by phase."""
-    columns = {name: [curve["protocol"][name] for curve in curves] for name in (*QUANTITIES, "modulus_ratio")}
-    strengths = 1.0 - np.array(columns.pop("modulus_ratio"))[:, np.newaxis]
-    pull_off_times = [curve["results"]["pull_off_time"] for curve in curves]
-    solids = {"strengths": strengths, "retardation_times": np.ones(strengths.shape)}
-    own, _ = pull_off_grid(**columns, **solids, pull_off_time=pull_off_times)
+    protocols, results = ([curve[key] for curve in curves] for key in ("protocol", "results"))
+    own, _ = steps(protocols, [row["pull_off_time"] for row in results])
     force = np.empty(own.shape)
     for curve, instants, wanted, row in zip(curves, own, times, force, strict=True):
         for begin, end in pairwise((0, 21, 29, 101)):
@@ -125,8 +129,9 @@ def test_downloaded_history_equals_python(browsed, fast, folder, case):
     (expected,) = python(fast, [seen["protocol"]])
     rows = table(folder / f"{case}.csv")
     largest = np.abs(expected.force).max()
-    np.testing.assert_allclose(column(rows, "time"), expected.time, rtol=1e-7)
-    np.testing.assert_allclose(column(rows, "indentation"), expected.indentation, rtol=1e-7, atol=1e-6)
+    (time,), (indentation,) = steps([seen["protocol"]], [seen["values"]["pull-off-time"]])
+    np.testing.assert_allclose(column(rows, "time"), time, rtol=1e-7)
+    np.testing.assert_allclose(column(rows, "indentation"), indentation, rtol=1e-7, atol=1e-6)
     assert set(column(rows, "modulus_ratio")) == {float(seen["protocol"]["modulus_ratio"])}
     names = {"force": "force", "force_lower": "force_lower", "force_upper": "force_upper"}
     for name, attribute in names.items():

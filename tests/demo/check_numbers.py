@@ -12,14 +12,13 @@ from scipy.interpolate import PchipInterpolator
 from scipy.special import erf
 
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.pull_off_steps import pull_off_grid
 from experiments.cases import RANGES
 from surrogate.data.dense import Stage
 from surrogate.data.features import edge_from_counts
 from surrogate.data.fronts import Front
 from surrogate.data.solid_features import solid_features
 from surrogate.solids import SolidSurrogate
-from tests.demo.check_in_browser import python
+from tests.demo.check_in_browser import python, steps
 
 TOLERANCE = 1e-5
 SLOWEST = 10.0
@@ -73,19 +72,12 @@ def test_features_are_those_of_python(solids, rows):
     np.testing.assert_allclose([row["features"] for row in rows], features, rtol=1e-9, atol=1e-9)
 
 
-def test_steps_are_those_of_python(solids, fast, expected, rows):
-    ramps = {name: solids[name] for name in QUANTITIES}
-    times, indentations = pull_off_grid(
-        **ramps,
-        strengths=1.0 - solids["modulus_ratio"][:, np.newaxis],
-        retardation_times=np.ones((len(rows), 1)),
-        pull_off_time=[trajectory.pull_off_time for trajectory in expected],
-        counts=fast.counts,
-    )
-    steps = [row["steps"] for row in rows]
-    np.testing.assert_allclose([each["times"] for each in steps], times, rtol=1e-11)
-    np.testing.assert_allclose([each["indentations"] for each in steps], indentations, rtol=1e-11, atol=1e-9)
-    np.testing.assert_array_equal([each["edge"] for each in steps], edge_from_counts(fast.counts, len(times)))
+def test_steps_are_those_of_python(protocols, fast, expected, rows):
+    times, indentations = steps(protocols, [trajectory.pull_off_time for trajectory in expected])
+    found = [row["steps"] for row in rows]
+    np.testing.assert_allclose([each["times"] for each in found], times, rtol=1e-11)
+    np.testing.assert_allclose([each["indentations"] for each in found], indentations, rtol=1e-11, atol=1e-9)
+    np.testing.assert_array_equal([each["edge"] for each in found], edge_from_counts(fast.counts, len(times)))
 
 
 def test_histories_are_interpolated_as_by_scipy(fast, rows):
@@ -120,9 +112,9 @@ class StageInDouble(Stage):
             hidden = hidden @ kernel + bias
             hidden = 0.5 * hidden * (1.0 + erf(hidden / np.sqrt(2.0)))
         left = hidden @ self.kernels[-1] + self.biases[-1]
-        for front, (steps, place) in zip(self.fronts, places, strict=True):
+        for front, (where, place) in zip(self.fronts, places, strict=True):
             weights = (values.astype(float) for values in vars(front).values())
-            left[:, steps] += Front(*weights)(hidden, place)
+            left[:, where] += Front(*weights)(hidden, place)
         return self.polynomial(features) + left * self.polynomial.scale + self.polynomial.offset
 
 

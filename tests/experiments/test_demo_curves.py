@@ -117,5 +117,5 @@ def test_tracked_model_is_the_published_one():
     """Fails when `fast` was trained anew: run `make demo-models`."""
     tracked = (ROOT / demo_model.OUT).read_bytes()
     assert tracked == demo_model.packed(surrogate.load(demo_model.NAME))
-    with pytest.raises(ValueError, match="model must have bands and dense layers only; received M1-concat"):
+    with pytest.raises(ValueError, match="model must be one of any linear solid with intervals; received M1-concat"):
         demo_model.packed(surrogate.load("M1-concat"))
