@@ -190,16 +190,17 @@ more-models: $(or $(MORE_MODELS),model-paper-recipe model-budgets model-inputs-c
 
 # Any linear solid: by training, calibration and place of judgement a data set each, the last two at accuracy 1e-3.
 SOLIDS := $(OUT)/dataset/solids
-TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges broad far power elastic)
+TRUTH := $(patsubst %,$(SOLIDS)/calibration_%.h5,prony edges corners broad far power elastic)
 PLACES := $(patsubst %,$(SOLIDS)/test_%.h5,prony_2_4 sls power_law polyurea ratio_0.1 slow_unloading elastic edges corners)
 SPECTRA_OF := $(patsubst %,$(SOLIDS)/%.h5,prony broad_1 broad_2 power)
-FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad edges)
+FITTED := $(patsubst %,$(SOLIDS)/fit_%.h5,prony broad edges corners)
 pretrained: train-fast train-accurate judge-fast judge-accurate  ## Train `fast` and `accurate` and publish them (simulates 373,000 trajectories first), and judge them
 train-accurate: UNITS = --units 512 512 512
 train-fast train-accurate: train-%: setup $(SPECTRA_OF) $(FITTED) $(TRUTH)
 	$(PY) -m surrogate.training.solids --data $(SPECTRA_OF) --runs $(OUT)/solids/$* --publish $(PUBLISHED)/pretrained/$* $(UNITS) $(if $(EPOCHS),--epochs $(EPOCHS) $(EPOCHS))
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/$* --fit $(FITTED) --calibrate $(TRUTH)
-judge-fast:  ## Compare `fast` with the converged solver, place by place (simulates 44,400 contacts first, in an hour of one core); also judge-accurate
+judge-fast:  ## Compare `fast` with the converged solver, place by place (simulates 44,400 contacts first, in an hour of one core)
+judge-accurate:  ## Compare `accurate` likewise
 judge-fast judge-accurate: judge-%: setup $(PLACES)
 	$(PY) -m surrogate.training.solid_judgement $(PUBLISHED)/pretrained/$* --judge $(PLACES)
 	$(SUMS) $(PUBLISHED)/pretrained

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import surrogate
 from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
@@ -74,7 +75,7 @@ def predictions(predict: Predict, cases: Sequence[Case]) -> np.ndarray:
 
 def pretrained(name: str) -> Answers:
     """A pretrained model of any solid: its pull-off force and hysteresis, and its forces between its own steps."""
-    model = load_surrogate(name, PUBLISHED_PRETRAINED)
+    model = surrogate.load(name, PUBLISHED_PRETRAINED)
 
     def answers(cases: Sequence[Case]) -> np.ndarray:
         predictions = model.predict([case.scene for case in cases], [case.protocol for case in cases])

@@ -42,7 +42,12 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any], ranking: Any = None) -> 
         else:
             text = f"{label} ({sets[name]['validation_mse']:.1e})"
             models_style.draw_curve(axes, sets[name]["history"], STYLES[name], text)
-    axes.legend(loc="upper right")
+    _legend_below(axes)
+
+
+def _legend_below(axes: Axes, **options: Any) -> None:
+    """The legend under a panel, where it hides no curve."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), **options)
 
 
 def features_table(feature_sets: dict[str, Any], ranking: Any = None) -> Table:
@@ -84,7 +89,7 @@ def draw_shares(axes: Axes, efficiency: dict[str, Any]) -> None:
         curves.append((f"{share['percent']:.3g} %", shades(0.9 * (index + 1) / len(shares)), share["folds"][FOLD]))
     for label, color, trained in curves:
         models_style.draw_curve(axes, trained["history"], {"color": color, "marker": "o"}, label)
-    axes.legend(loc="upper right", ncols=2)
+    _legend_below(axes, ncols=2)
 
 
 def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:
@@ -93,7 +98,7 @@ def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:
         if training := comparison["beside"].get(published):
             text = f"{name}: {LABELS[name]} ({training['validation_mse']:.1e})"
             models_style.draw_curve(axes, training["history"], STYLES[name], text)
-    axes.legend(loc="upper right")
+    _legend_below(axes)
 
 
 def compose(
@@ -101,7 +106,7 @@ def compose(
 ) -> dict[str, Figure | Table]:
     """Draw the trainings by the paper's recipe and the shares; below, those by `swift`, their errors, and a table."""
     by_paper_recipe = bool(set(PAPER_TRAINED_INPUTS.values()) & model_comparison["beside"].keys())
-    drawn, panels = drawing.panels(1, 2 + by_paper_recipe, height=2.6)
+    drawn, panels = drawing.panels(1, 2 + by_paper_recipe, height=3.0)
     for axes in panels:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
         axes.set_title(models_style.label(REFERENCE, "swift"), loc="right")

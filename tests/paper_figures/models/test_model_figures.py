@@ -156,6 +156,6 @@ def test_feature_seeds_are_bands_and_rows():
     assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")
     assert labels[3].endswith("(1.0e-01)")
     rows = table.rows
-    assert [row[2:4] for row in rows] == [["uniform", "1"], ["uniform", "1"], ["uniform", "2"], ["uniform", "1"]]
-    assert rows[0][4:] == ["0.1", "0.2", "-", "-"]
-    assert rows[2][4:6] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
+    assert [row[2] for row in rows] == ["1", "1", "2", "1"]
+    assert rows[0][3:] == ["0.1", "0.2"]
+    assert rows[2][3:] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
