@@ -24,6 +24,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from bem import Trajectory
@@ -56,7 +57,7 @@ SIGNIFICANT_DIGITS = 7
 RESULT_DIGITS = 12
 
 
-def rounded(values: np.ndarray, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
+def rounded(values: ArrayLike, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
     """Values rounded to the precision of the file."""
     return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=np.float64)]
 
@@ -97,12 +98,12 @@ def entry(name: str, source: str, protocol: dict[str, float], results: Any, forc
     return {"name": name, "kind": source, "protocol": protocol, "results": numbers, "force": rounded(force)}
 
 
-def equal_steps(protocol: dict[str, float], _: Trajectory) -> np.ndarray:
+def equal_steps(protocol: dict[str, Any], _: Trajectory) -> np.ndarray:
     """The paper's measurement steps."""
     return measurement_grid(**protocol)[0][0]
 
 
-def steps_around_pull_off(protocol: dict[str, float], trajectory: Trajectory) -> np.ndarray:
+def steps_around_pull_off(protocol: dict[str, Any], trajectory: Trajectory) -> np.ndarray:
     """Measurement steps around the pull-off of a trajectory, as the file has its time."""
     ramps = {name: protocol[name] for name in QUANTITIES}
     (time,) = rounded([trajectory.pull_off_time], RESULT_DIGITS)
@@ -111,9 +112,7 @@ def steps_around_pull_off(protocol: dict[str, float], trajectory: Trajectory) ->
     return times[0]
 
 
-def simulated_curve(
-    curve: dict[str, Any], steps: Callable[[dict[str, float], Trajectory], np.ndarray]
-) -> dict[str, Any]:
+def simulated_curve(curve: dict[str, Any], steps: Callable[[dict[str, Any], Trajectory], np.ndarray]) -> dict[str, Any]:
     """Simulate the protocol of an entry, and take its force at the steps of its protocol and trajectory.
 
     Raises:
