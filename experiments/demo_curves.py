@@ -53,8 +53,8 @@ FRAMES, NODES, WIDER = 30, 40, 1.35
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
-# The steps follow from the pull-off time, after which a slow loading may leave little of its digits.
-RESULT_DIGITS = 12
+# Instants of a fast unloading after a slow loading differ in their last digits, and steps follow from the pull-off time.
+TIME_DIGITS = 12
 
 
 def rounded(values: ArrayLike, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
@@ -93,7 +93,7 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
 def entry(name: str, source: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
     """One curve; `results` has the quantities `RESULTS` as attributes."""
     numbers = dict(
-        zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS], RESULT_DIGITS), strict=True)
+        zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS], TIME_DIGITS), strict=True)
     )
     return {"name": name, "kind": source, "protocol": protocol, "results": numbers, "force": rounded(force)}
 
@@ -106,7 +106,7 @@ def equal_steps(protocol: dict[str, Any], _: Trajectory) -> np.ndarray:
 def steps_around_pull_off(protocol: dict[str, Any], trajectory: Trajectory) -> np.ndarray:
     """Measurement steps around the pull-off of a trajectory, as the file has its time."""
     ramps = {name: protocol[name] for name in QUANTITIES}
-    (time,) = rounded([trajectory.pull_off_time], RESULT_DIGITS)
+    (time,) = rounded([trajectory.pull_off_time], TIME_DIGITS)
     strength = 1.0 - protocol["modulus_ratio"]
     times, _ = pull_off_grid(**ramps, strengths=[[strength]], retardation_times=[[1.0]], pull_off_time=time)
     return times[0]
@@ -160,7 +160,7 @@ def contact(curve: dict[str, Any]) -> dict[str, Any]:
     levels = np.rint(128 + 127 * np.clip(traction / np.where(traction < 0.0, push, pull), -1.0, 1.0)).astype("u1")
     numbers = zip(("reach", "low", "high", "push", "pull"), rounded([reach, low, high, push, pull]), strict=True)
     packed = {"surface": heights, "traction": levels}
-    return {"name": curve["name"], **dict(numbers), "times": [float(f"{time:.5g}") for time in profiles.time]} | {
+    return {"name": curve["name"], **dict(numbers), "times": rounded(profiles.time, TIME_DIGITS)} | {
         key: b64encode(values.tobytes()).decode() for key, values in packed.items()
     }
 
