@@ -62,7 +62,10 @@ class Page {
     const drawn = { history: history!, loop: loop!, protocol: protocol! };
     const current = () => this.protocol;
     this.plots = new Plots(drawn, current, (changed) => this.show(changed));
-    this.film = new Film(byId("film"), (time) => this.plots.mark(this.shown?.computed ? time : undefined));
+    this.film = new Film(byId("film"), (time) => {
+      this.plots.mark(this.shown?.computed ? time : undefined);
+      if (this.shown) this.note();
+    });
     this.picker = new Picker(current, (curve) => this.show(curve.protocol));
     this.picker.fill(curves);
     this.look = new ViewControls(() => this.draw());
@@ -80,6 +83,7 @@ class Page {
     }
     this.look.show(state.view, state.contact);
     this.pinned = state.pinned;
+    this.film.seek(state.instant);
     await this.show(state.protocol);
     if (this.loaded === undefined) document.body.dataset["state"] = "drawn";
     if (trouble) tell(trouble);
@@ -266,7 +270,15 @@ class Page {
     byId("unpin").hidden = !this.pinned;
     byId("pinned").textContent = this.pinned ? `Pinned: ${brief(this.pinned)}` : "";
     byId<HTMLButtonElement>("csv").disabled = !prediction;
-    byId("results").dataset["address"] = toFragment(this.state());
+    this.note(true);
+  }
+
+  /** Bring the address in line with what is shown; `anew` also where only the reader has changed it. */
+  private note(anew = false): void {
+    const { dataset } = byId("results");
+    const before = dataset["address"];
+    dataset["address"] = toFragment(this.state());
+    if (dataset["address"] === before && !anew) return;
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
@@ -274,7 +286,7 @@ class Page {
 
   private state(): State {
     const { view, contact } = this.look;
-    return { protocol: this.shown!.protocol, view, contact, model: this.chosen, pinned: this.pinned };
+    return { protocol: this.shown!.protocol, view, contact, model: this.chosen, pinned: this.pinned, instant: this.film.instant };
   }
 
   private writeAddress(): void {
