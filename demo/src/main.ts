@@ -47,6 +47,8 @@ class Page {
   private chosen: Name = MODELS[0];
   /** Undefined until the first model is there. */
   private loaded?: Loaded;
+  /** Whose errors are listed. */
+  private listed?: Loaded;
   private protocol: Protocol;
   private pinned?: Protocol;
   private shown?: Shown;
@@ -111,36 +113,39 @@ class Page {
     }
     byId("loading").textContent = "";
     byId<HTMLInputElement>(`model-${this.chosen}`).checked = true;
-    if (this.loaded && this.loaded !== before) await this.suit(this.loaded);
-    if (turn !== this.turns) return;
+    if (this.loaded && this.loaded !== before) this.suit(this.loaded);
     const ratio = this.chosen === "fast" || stay ? this.protocol.modulus_ratio : this.shelf.solids.modulus_ratio;
     const next = { ...this.protocol, modulus_ratio: ratio };
     this.controls.show(next);
     this.protocol = next;
     await this.predict();
+    if (this.loaded && this.loaded !== this.listed) await this.compareAll(this.loaded, turn);
+    if (turn !== this.turns) return;
     document.body.dataset["model"] = this.loaded?.model.name ?? "none";
   }
 
-  private async suit(loaded: Loaded): Promise<void> {
-    const { model, set } = loaded;
+  private suit({ model, set }: Loaded): void {
     this.controls.suit(model.ranges, `${model.name} knows this solid only; fast knows any.`);
     this.plots.corners.ranges = model.ranges;
     this.picker.fill(set.curves);
     byId("steps").textContent = String(set.counts.reduce((sum, count) => sum + count));
-    await this.compareAll(loaded);
   }
 
-  /** Predict all computed protocols and list the errors. */
-  private async compareAll({ model, set }: Loaded): Promise<void> {
+  /** Predict all computed protocols and list the errors; film and reader go on between them. */
+  private async compareAll(loaded: Loaded, turn: number): Promise<void> {
+    const { model, set } = loaded;
     const rows = [];
     for (const curve of set.curves) {
+      await new Promise((resolve) => setTimeout(resolve));
       const prediction = await model.predict(curve.protocol);
+      if (turn !== this.turns) return;
       if (!prediction) continue;
       const computed = { curve, grid: this.grid(curve, set) };
       const [top] = ofSolver(computed, prediction.band !== undefined);
       const error = forceError(prediction.force, forceOfSolver(computed, prediction));
       rows.push({ curve, error, pullOffError: relativeError(prediction.pullOff.force, top) });
     }
+    this.listed = loaded;
     listCurves(rows, (curve) => this.show(curve.protocol));
     byId("curve-summary").textContent =
       `The ${rows.length} computed protocols: median force error ${percent(median(rows.map((row) => row.error)))}, ` +
