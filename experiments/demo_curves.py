@@ -32,7 +32,7 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
-from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
+from bem.dataset.measurement_steps import PULL_OFF, measurement_grid
 from bem.dataset.pull_off_steps import pull_off_grid
 from experiments.cases import ANY_SOLID, Case, rows_of
 from experiments.common import DATASET, MODELS, MODULUS_RATIO
@@ -187,7 +187,7 @@ def main() -> None:
     write_lines(OUT, {"counts": dataset.points_per_phase, **same}, "curves", curves)
     of_any_solid = [curve | {"protocol": {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]} for curve in curves]
     solids = [simulated_curve(curve, steps_around_pull_off) for curve in [*of_any_solid, *other_solids(SOLIDS)]]
-    write_lines(SOLIDS_OUT, {"counts": PHYSICAL, **same}, "curves", solids)
+    write_lines(SOLIDS_OUT, {"counts": PULL_OFF, **same}, "curves", solids)
     write_lines(CONTACTS_OUT, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in solids])
 
 

@@ -20,9 +20,8 @@ import numpy as np
 from bem._support.validation import finite_number
 from bem._support.wording import shown
 from bem.dataset.lee_radok import relaxation_spectra
-from bem.dataset.measurement_steps import PHYSICAL
-from bem.dataset.physical_steps import protocol_rows
-from bem.dataset.pull_off_steps import around_pull_off
+from bem.dataset.measurement_steps import PULL_OFF
+from bem.dataset.pull_off_steps import around_pull_off, protocol_rows
 from bem.problem.protocol import LoadingProtocol, default_start_indentation
 from bem.problem.scene import Scene
 from surrogate.data.dense import Stage
@@ -112,7 +111,7 @@ class SolidSurrogate:
         stages: tuple[Stage, Stage],
         reach: Reach,
         *,
-        counts: tuple[int, int, int] = PHYSICAL,
+        counts: tuple[int, int, int] = PULL_OFF,
         name: str = "",
         intervals: SolidIntervals | None = None,
     ) -> None:

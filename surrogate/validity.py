@@ -73,8 +73,7 @@ ADVICE = {
     ),
     **dict.fromkeys(
         (*POINTS, "step_ratio"),
-        "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading; "
-        "`fast` and `accurate` count those of `bem.dataset.physical_steps.physical_grid`",
+        "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading",
     ),
     "bend": "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path",
 }

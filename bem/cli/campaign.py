@@ -19,8 +19,7 @@ SOLIDS_HELP = (
     "materials library or a .toml file, in units of its mean retardation time. Standard linear solids by default."
 )
 STEPS_HELP = (
-    "Where forces are stored: uniform steps as in the paper (the default), physical ones for standard linear solids, "
-    "or steps around the pull-off that is found."
+    "Where forces are stored: uniform steps as in the paper (the default), or steps around the pull-off that is found."
 )
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
@@ -39,7 +38,7 @@ def campaign(
         File, option("TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
     ] = None,
     solids: Annotated[Text, option(SOLIDS_HELP)] = None,
-    steps: Annotated[Literal["uniform", "physical", "pull-off"] | None, option(STEPS_HELP)] = None,
+    steps: Annotated[Literal["uniform", "pull-off"] | None, option(STEPS_HELP)] = None,
     native: Annotated[bool, option("Keep the solver's own, adaptive histories too.")] = False,
     workers: Annotated[int | None, option("Processes; as many as cores by default.")] = None,
     cluster: Annotated[Text, option(CLUSTER_HELP)] = None,
@@ -53,7 +52,7 @@ def campaign(
     """
     from bem.dataset.campaign import Campaign
     from bem.dataset.designs import Design
-    from bem.dataset.measurement_steps import PHYSICAL
+    from bem.dataset.measurement_steps import PULL_OFF
     from bem.dataset.run import run_campaign
     from bem.simulation import load_kernels
 
@@ -64,7 +63,7 @@ def campaign(
         "accuracy": None if accuracy is None else parse_accuracy(accuracy),
         "modulus_ratio": None if modulus_ratio is None else parse_ratio(modulus_ratio),
         "steps": steps,
-        "counts": PHYSICAL if steps in ("physical", "pull-off") else None,
+        "counts": PULL_OFF if steps == "pull-off" else None,
     }
     settings = read_design_file(design_file) if design_file else {}
     settings |= {name: value for name, value in options.items() if value is not None}

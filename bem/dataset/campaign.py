@@ -18,7 +18,7 @@ from bem._support.wording import shown
 from bem.dataset import records
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
-from bem.dataset.measurement_steps import FMS, STEPS, STEPS_VERSION, checked_counts
+from bem.dataset.measurement_steps import FMS, STEPS, checked_counts
 from bem.dataset.records import RESULTS, SOLIDS, Layout, Record, grid_of
 from bem.dataset.sealed_file import FORMAT
 from bem.dataset.solids import Solids, solid_of
@@ -114,8 +114,7 @@ class Campaign(Job):
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own histories are kept too.
-        steps: 'uniform', 'physical' for those of `bem.dataset.physical_steps`, which know standard linear solids
-            alone, or 'pull-off' for those of `bem.dataset.pull_off_steps`.
+        steps: 'uniform', or 'pull-off' for those of `bem.dataset.pull_off_steps`.
         shard: (i, n) for the i-th of n interleaved shares, counting from 1, none of them empty.
 
     Raises:
@@ -136,8 +135,6 @@ class Campaign(Job):
         resolve_accuracy(self.accuracy)
         if self.steps not in STEPS:
             raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
-        if self.steps == "physical" and self.design.solids:
-            raise ValueError("steps must be uniform or pull-off for other solids; received 'physical'")
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
         object.__setattr__(self, "count", count)
@@ -209,7 +206,7 @@ class Campaign(Job):
         }
         # Uniform ones are not named, as before there were others.
         if self.steps != "uniform":
-            identity |= {"steps": self.steps, "steps_version": STEPS_VERSION}
+            identity |= {"steps": self.steps}
         return identity | ({"solids": self.design.solids.identity} if self.design.solids else {})
 
     def shard_path(self, out: Path) -> Path:
@@ -253,7 +250,7 @@ class Campaign(Job):
         terms = (scene.material.strengths, scene.material.times)
         around = dict(zip(("strengths", "retardation_times"), (values[np.newaxis] for values in terms), strict=True))
         around |= {"pull_off_time": trajectory.pull_off_time}
-        times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts, around)
+        times, _ = grid_of(self.steps, drawn, self.counts, around)
         results: Record = {"fms/force": np.asarray(trajectory.at(times[0]), dtype=np.float32)}
         results |= {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
         for name in records.JUMP_QUANTITIES:

@@ -19,7 +19,7 @@ from bem._support.tabular import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import STEPS, STEPS_VERSION
+from bem.dataset.measurement_steps import STEPS
 from bem.dataset.records import COMPLETED, FAILED, SCALARS, SOLIDS, Columns, Layout, grid_of, measured_layout
 from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, arrays, open_dataset, seal
 from bem.dataset.solids import Solids
@@ -113,7 +113,7 @@ class Dataset:
         """Measurement instants and indentations, each of shape (n, N)."""
         around = dict(zip(("strengths", "retardation_times"), self.solids, strict=True))
         around |= {"pull_off_time": self.scalars["pull_off_time"]}
-        return grid_of(self.steps, self.protocols, self.modulus_ratios, self.counts, around)
+        return grid_of(self.steps, self.protocols, self.counts, around)
 
 
 def write_file(
@@ -272,12 +272,10 @@ def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> D
     """Check a data set; native histories only where they were read."""
     check_attributes(attributes)
     identity, counts = attributes["campaign"], file["fms"].attrs["counts"].tolist()
-    expected, version = identity["counts"], identity.get("steps_version", 1)
+    expected = identity["counts"]
     refuse(counts != expected, f"whose measurement points are {shown(counts)} instead of {shown(expected)}")
     steps = identity.get("steps", "uniform")
     refuse(steps not in STEPS, f"whose measurement steps are {shown(steps)}")
-    older = "steps" in identity and version != STEPS_VERSION
-    refuse(older, f"whose physical steps are of version {shown(version)} instead of {STEPS_VERSION}; simulate it again")
     drawn = [*QUANTITIES, *(["modulus_ratio"] if isinstance(identity["modulus_ratio"], list) else [])]
     layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
     protocols: dict[str, np.dtype] = {f"protocols/{name}": np.dtype(np.float64) for name in drawn}

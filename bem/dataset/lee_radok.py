@@ -10,10 +10,27 @@ it crosses zero shortly before the pull-off. Units as in `bem.problem.protocol`.
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.dataset.physical_steps import DWELL, LOADING, UNLOADING, carried, hertz_power
 
+# Where the force is computed, as shares of a phase: even in the logarithm, because the fastest relaxation may be far
+# faster than the dwell; in the unloading, from fine steps to even ones.
+LOADING = np.linspace(0.0, 1.0, 41)
+DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
+UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
 _BISECTIONS = 64
 _NEAREST = 1e-25  # distance of a root from a retardation time, in units of half the interval between two
+
+
+@kernel
+def hertz_power(indentation: float) -> float:
+    """The indentation to the power 3/2 in contact, otherwise zero."""
+    return indentation * np.sqrt(indentation) if indentation > 0.0 else 0.0
+
+
+@kernel
+def carried(memory: float, rate: float, dt: float, change: float) -> float:
+    """A memory int exp(-r (t - s)) du(s) after a step in which u changes linearly: the recursion of all memories."""
+    lost = -np.expm1(-rate * dt)
+    return memory + (lost / (rate * dt) * change - lost * memory)
 
 
 @kernel

@@ -14,13 +14,10 @@ from bem._support.wording import shown
 from bem.problem.protocol import default_start_indentation
 
 FMS = (50, 20, 50)
-PHYSICAL = (22, 8, 72)
-"""Points of loading, dwell and unloading of `bem.dataset.physical_steps`: fewer than `FMS` in all."""
-STEPS_VERSION = 2
-"""Of the physical steps; those of version 1, of files without a version, expected the pull-off elsewhere."""
-STEPS = ("uniform", "physical", "pull-off")
-"""Kinds of measurement steps: as the paper's, placed by the physics of a standard linear solid, and, for any linear
-solid, around the pull-off that was found (`bem.dataset.pull_off_steps`)."""
+PULL_OFF = (22, 8, 72)
+"""Points of loading, dwell and unloading of `bem.dataset.pull_off_steps`: fewer than `FMS` in all."""
+STEPS = ("uniform", "pull-off")
+"""Kinds of measurement steps: as the paper's, and around the pull-off that was found (`bem.dataset.pull_off_steps`)."""
 FIRST_UNLOADING = FMS[0] + FMS[1] - 1
 """Index of the step at which the dwell ends and the unloading begins."""
 

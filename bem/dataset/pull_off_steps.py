@@ -1,10 +1,10 @@
 """Measurement steps around a pull-off that is known, for any linear solid.
 
-Where a simulation has found the pull-off, or a surrogate has predicted it, steps need not expect it as
-`bem.dataset.physical_steps` do. One step of the unloading lies at the pull-off itself, and the others are spaced evenly
-in log s around it, s the indentation below the crossing of the force of Lee and Radok. Loading points are equally
-spaced; those of the dwell and of the unloading before the crossing are spaced half by time, half by the change of that
-force. Units as in `bem.problem.protocol`.
+Fifty equally spaced unloading points step over a narrow pull-off peak. Where a simulation has found the pull-off, or a
+surrogate has predicted it, one step of the unloading lies at it, and the others are spaced evenly in log s around it, s
+the indentation below the crossing of the force of Lee and Radok. Loading points are equally spaced; those of the dwell
+and of the unloading before the crossing are spaced half by time, half by the change of that force. Units as in
+`bem.problem.protocol`.
 """
 
 from collections.abc import Sequence
@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.dataset.lee_radok import held_to_unloading, relaxation_spectra, to_crossing
-from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_steps
-from bem.dataset.physical_steps import BEFORE_CROSSING, protocol_rows, spread_evenly
+from bem.dataset.measurement_steps import PULL_OFF, checked_counts, require_steps
+from bem.problem.protocol import default_start_indentation
 
+BEFORE_CROSSING = 0.22  # share of the unloading points before the crossing
 _FIRST = 0.05  # smallest offset after the crossing, in h0
 _RANGES = np.array([-1.2, -0.4, -0.12, 0.0, 0.12, 0.4])  # bounds of ranges after it, less the log s of the pull-off
 _SHARES = np.array([0.0, 0.08, 0.2, 0.32, 0.5, 0.68, 0.8, 1.0])  # of the points after the crossing up to each bound
@@ -33,7 +34,7 @@ def pull_off_grid(
     strengths: ArrayLike,
     retardation_times: ArrayLike,
     pull_off_time: ArrayLike,
-    counts: Sequence[int] = PHYSICAL,
+    counts: Sequence[int] = PULL_OFF,
     start_indentation: ArrayLike | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Measurement instants and indentations of many protocols at once.
@@ -63,6 +64,16 @@ def pull_off_grid(
     certain = np.isfinite(protocols[6])
     require_steps(times[certain], counts[1], protocols[3], protocols[:5].T, "the quantities")
     return times, indentations
+
+
+def protocol_rows(quantities: Sequence[ArrayLike | None]) -> FloatArray:
+    """Quantities of B protocols, each of shape (B,) or scalar, as rows (7, B).
+
+    They are the five of a protocol, the start, by default (`None`) -pi^(2/3) mu, and another.
+    """
+    start = default_start_indentation(np.asarray(quantities[0], dtype=np.float64))
+    filled = [start if values is None else values for values in quantities]
+    return np.array(np.broadcast_arrays(*np.atleast_1d(*filled)), dtype=np.float64)
 
 
 @kernel
@@ -106,6 +117,26 @@ def around_pull_off(
         indentations[row, loading + dwell :] = peak - travel
         indentations[row, loading + dwell + unloading - 1] = start
     return times, indentations
+
+
+@kernel
+def spread_evenly(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
+    """`count` of increasing `positions` (n,), the last included, spaced half by them, half by the change of `force`."""
+    n = positions.size
+    cumulated = np.zeros(n)
+    total = 1e-300
+    for i in range(1, n):
+        total += abs(force[i] - force[i - 1])
+    for i in range(1, n):
+        cumulated[i] = (
+            cumulated[i - 1]
+            + 0.5 * (positions[i] - positions[i - 1]) / (positions[n - 1] - positions[0])
+            + 0.5 * abs(force[i] - force[i - 1]) / total
+        )
+    levels = np.arange(1, count + 1) / count * cumulated[n - 1]
+    spread = np.interp(levels, cumulated, positions)
+    spread[count - 1] = positions[n - 1]
+    return spread
 
 
 @kernel

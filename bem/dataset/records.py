@@ -101,23 +101,17 @@ def untabulate(columns: Columns, layout: Layout) -> list[Record]:
 def grid_of(
     steps: str,
     protocols: Mapping[str, Any],
-    modulus_ratio: ArrayLike | None,
     counts: Sequence[int],
-    around: Mapping[str, ArrayLike] | None = None,
+    around: Mapping[str, ArrayLike],
 ) -> tuple[FloatArray, FloatArray]:
     """Instants and indentations of steps of one of `STEPS`, each (B, N).
 
-    The quantities of `protocols` have the names that `measurement_grid` takes. The modulus ratio, of standard linear
-    solids, is for physical steps alone (`bem.dataset.physical_steps`); the solids and the pull-off times in `around`
-    are for steps around the pull-off (`bem.dataset.pull_off_steps`).
+    The quantities of `protocols` have the names that `measurement_grid` takes. The solids and the pull-off times in
+    `around` are for steps around the pull-off (`bem.dataset.pull_off_steps`).
     """
     if steps == "pull-off":
+        # Imported here because it compiles kernels.
         from bem.dataset.pull_off_steps import pull_off_grid
 
-        return pull_off_grid(**protocols, **(around or {}), counts=counts)
-    if steps == "physical":
-        # Imported here because it compiles kernels.
-        from bem.dataset.physical_steps import physical_grid
-
-        return physical_grid(**protocols, modulus_ratio=modulus_ratio, counts=counts)
+        return pull_off_grid(**protocols, **around, counts=counts)
     return measurement_grid(**protocols, counts=counts)

@@ -19,8 +19,8 @@ import numpy as np
 from bem._support.text_files import read_json
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
-from bem.dataset.measurement_steps import STEPS_VERSION
-from bem.dataset.records import COMPLETED, RESULTS, grid_of
+from bem.dataset.measurement_steps import measurement_grid
+from bem.dataset.records import COMPLETED, RESULTS
 
 PARTS = ("train", "validation", "test")
 """Names of the three parts of a split."""
@@ -122,9 +122,7 @@ class TrajectoryDataset:
             `published/SHA256SUMS`.
         forces_sha256: SHA-256 digest of the request and of all bits of the stored forces and scalars. Where it differs,
             the errors of two models refer to different reference forces.
-        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none,
-            or one for each trajectory, which `protocols` then hold under this name.
-        steps: How the measurement steps are placed: `"uniform"` or `"physical"`.
+        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none.
     """
 
     protocols: dict[str, np.ndarray]
@@ -135,7 +133,6 @@ class TrajectoryDataset:
     sha256: str
     forces_sha256: str
     modulus_ratio: float | None
-    steps: str = "uniform"
 
     @classmethod
     def load(cls, path: str | Path) -> TrajectoryDataset:
@@ -143,22 +140,23 @@ class TrajectoryDataset:
 
         Raises:
             FileNotFoundError: the file does not exist.
-            ValueError: the file is not a data set, is damaged, or is inconsistent.
+            ValueError: the file is not a data set, is damaged or inconsistent, or has other steps or several solids,
+                which models of the paper's kind cannot learn.
         """
         dataset = load_dataset(path)
-        request, results = _digests(dataset)
         ratio = dataset.attributes.get("modulus_ratio")
-        several = {"modulus_ratio": dataset.modulus_ratios} if isinstance(ratio, list) else {}
+        if dataset.steps != "uniform" or isinstance(ratio, list) or "solids" in dataset.attributes["campaign"]:
+            raise ValueError(f"the data set must have uniform steps and one standard linear solid; received {path}")
+        request, results = _digests(dataset)
         return cls(
-            protocols=dataset.protocols | several,
+            protocols=dataset.protocols,
             force=dataset.force.astype(np.float64),
             points_per_phase=dataset.counts,
             scalars={name: dataset.scalars[name] for name in RESULTS},
             status=dataset.columns["status"],
             sha256=request,
             forces_sha256=results,
-            modulus_ratio=None if several else ratio,
-            steps=dataset.steps,
+            modulus_ratio=ratio,
         )
 
     def __len__(self) -> int:
@@ -181,13 +179,7 @@ class TrajectoryDataset:
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
         protocols = {name: self.protocols[name][indices] for name in QUANTITIES}
-        return grid_of(self.steps, protocols, self.modulus_ratios(indices), self.points_per_phase)
-
-    def modulus_ratios(self, indices: np.ndarray) -> np.ndarray | None:
-        """Return the modulus ratios of some trajectories, shape `(batch,)`; `None` where the file has none."""
-        if "modulus_ratio" in self.protocols:
-            return self.protocols["modulus_ratio"][indices]
-        return None if self.modulus_ratio is None else np.full(len(indices), self.modulus_ratio)
+        return measurement_grid(**protocols, counts=self.points_per_phase)
 
     def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
         """Split the completed trajectories at random.
@@ -230,10 +222,6 @@ def _digests(dataset: Dataset) -> tuple[str, str]:
     requested["counts"] = list(dataset.counts)
     digest = hashlib.sha256(json.dumps(requested, sort_keys=True).encode())
     columns = list(dataset.protocols.values())
-    if dataset.steps != "uniform":
-        digest.update(f"{dataset.steps} {STEPS_VERSION}".encode())
-    if isinstance(dataset.attributes.get("modulus_ratio"), list):
-        columns.append(dataset.modulus_ratios)
     for values in columns:
         # Single precision, because the last digit of a power differs between processors.
         digest.update(values.astype("<f4").tobytes())

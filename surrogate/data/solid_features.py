@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.dataset.lee_radok import held_to_unloading, relaxation_spectra, to_crossing
-from bem.dataset.physical_steps import carried, hertz_power
+from bem.dataset.lee_radok import carried, held_to_unloading, hertz_power, relaxation_spectra, to_crossing
 from bem.problem.protocol import default_start_indentation
 
 CRACK = np.logspace(-2.0, 2.0, 9)

@@ -19,7 +19,7 @@ from bem import (
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.pull_off_steps import pull_off_grid
 from bem.materials_library import fit_prony
 from bem.methods.boundary_elements.influence.triangles import require_mesh
 from bem.methods.boundary_elements.meshes.mesh import uniform_mesh
@@ -43,7 +43,8 @@ by_the_paper = partial(simulate_paper_method, scene=SCENE, protocol=PROTOCOL)
 recommended = partial(recommend, scene=SCENE, protocol=PROTOCOL, tolerance=0.1)
 begun, labelled = partial(Contact, scene=SCENE), partial(PiecewiseLinearProtocol, *PAIRS)
 uniform_steps = partial(measurement_grid, **CYCLE, tabor=1.0)
-physical_steps = partial(physical_grid, **CYCLE, tabor=1.0, modulus_ratio=0.1)
+SOLID = {"strengths": [[0.9]], "retardation_times": [[1.0]], "pull_off_time": 8.0}
+pull_off_steps = partial(pull_off_grid, **CYCLE, tabor=1.0, **SOLID)
 drawn = partial(Design("paper").protocols, count=1, seed=0)
 disc = partial(uniform_mesh, radius=1.0, count=10)
 fitted = partial(fit_prony, frequency=[1.0, 10.0, 100.0], storage=[1.0, 1.5, 2.0], loss=[0.1, 0.2, 0.1])
@@ -148,7 +149,7 @@ OF_DATA_SETS = [
     *each(Campaign, "seed", "seed must be a whole number", -1),
     *each(Campaign, "counts", "counts must be three integers", (50.9, 20, 50), 120),
     (Campaign, {"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),
-    *each(Campaign, "steps", "steps must be one of uniform, physical, pull-off; received 'even'", "even"),
+    *each(Campaign, "steps", "steps must be one of uniform, pull-off; received 'even'", "even"),
     *each(Campaign, "shard", "shard must be a whole number from 1 to 5; received 0", (0, 5)),
     *each(Design, "name", "design must be one of paper, log-uniform, sobol, edges, corners; received 'latin'", "latin"),
     *each(Design, "ranges", "range of tabor must have its lower bound first", {"tabor": (3.0, 1.0)}),
@@ -182,14 +183,10 @@ OF_DATA_SETS = [
         {"tabor": 0.2, "peak_indentation": [1.0, -1.0]},
         r"received protocol 1 with -1\.0 and a start of -0\.4",
     ),
-    *each(physical_steps, "modulus_ratio", "modulus_ratio must be", 1.5),
-    *each(physical_steps, "modulus_ratio", r"modulus_ratio must be .* received 2\.0", [0.1, 2.0, 0.1]),
-    *each(physical_steps, "loading_rate", "in double precision; received protocol 1", [1.0, 1e-300, 1.0]),
-    *each(physical_steps, "counts", "at least 8 unloading points; received 7", (22, 8, 7)),
-    *each(physical_steps, "dwell_time", "no dwell points", 0.0),
-    *each(physical_steps, "peak_indentation", "must lie above 0", -0.1),
-    *each(physical_steps, "start_indentation", "the start indentation below", 0.5),
-    (physical_steps, {"unloading_rate": 1e20, "loading_rate": 1e-10}, "strictly increasing"),
+    *each(pull_off_steps, "loading_rate", "in double precision; received protocol 1", [1.0, 1e-300, 1.0]),
+    *each(pull_off_steps, "counts", "at least 16 unloading points; received 15", (22, 8, 15)),
+    *each(pull_off_steps, "dwell_time", "no dwell points", 0.0),
+    (pull_off_steps, {"unloading_rate": 1e20, "loading_rate": 1e-10}, "strictly increasing"),
 ]
 
 

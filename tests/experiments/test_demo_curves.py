@@ -6,7 +6,7 @@ import pytest
 
 import surrogate
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.measurement_steps import PULL_OFF
 from experiments import demo_curves, demo_model
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -63,15 +63,15 @@ def test_curves_are_simulated_on_their_steps():
     tracked = SOLIDS["curves"][-1]
     curve = demo_curves.simulated_curve(tracked, demo_curves.steps_around_pull_off)
     np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
-    assert len(curve["force"]) == sum(PHYSICAL)
+    assert len(curve["force"]) == sum(PULL_OFF)
     # One step lies at the pull-off.
-    assert max(curve["force"][sum(PHYSICAL[:2]) :]) == pytest.approx(curve["results"]["pull_off_force"], rel=1e-6)
+    assert max(curve["force"][sum(PULL_OFF[:2]) :]) == pytest.approx(curve["results"]["pull_off_force"], rel=1e-6)
 
 
 def test_tracked_solids_have_contacts():
     """Fails when one of the two files was written alone: run `make demo-curves`."""
     assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
-    assert tuple(SOLIDS["counts"]) == PHYSICAL
+    assert tuple(SOLIDS["counts"]) == PULL_OFF
     count = len(TRACKED["curves"])
     for solid, tracked in zip(SOLIDS["curves"][:count], TRACKED["curves"], strict=True):
         assert (solid["name"], solid["kind"]) == (tracked["name"], tracked["kind"])

@@ -11,8 +11,7 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.cli.arguments import parse_ranges, parse_ratio
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
 from bem.dataset.file import load_dataset
-from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid, proportional_counts
-from bem.dataset.physical_steps import FACTORS, on_steps, physical_grid
+from bem.dataset.measurement_steps import FMS, PULL_OFF, measurement_grid, proportional_counts
 from bem.dataset.sealed_file import DamagedFileError
 from bem.dataset.verification import verify
 from surrogate.data.dataset import TrajectoryDataset
@@ -144,54 +143,8 @@ def test_no_dwell_has_no_dwell_points():
     assert measurement_grid(**shallow)[1].max() == -0.1
 
 
-# Protocols with pull-off peaks of different widths, the second narrower than a uniform step.
-PROTOCOLS = {
-    "tabor": np.array([1.0, 0.55]),
-    "peak_indentation": np.array([20.0, 69.0]),
-    "loading_rate": np.array([10.0, 1.2]),
-    "dwell_time": np.array([1.0, 0.003]),
-    "unloading_rate": np.array([1.0, 900.0]),
-}
-RATIOS = np.array([0.1, 0.04])
-
-
-def test_phases_meet_the_corners():
-    times, indentations = physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)
-    uniform, depths = measurement_grid(**PROTOCOLS, counts=PHYSICAL)
-    corners = [0, PHYSICAL[0] - 1, PHYSICAL[0] + PHYSICAL[1] - 1, -1]
-    assert times.shape == indentations.shape == (2, sum(PHYSICAL))
-    np.testing.assert_allclose(times[:, corners], uniform[:, corners], rtol=1e-12)
-    np.testing.assert_allclose(indentations[:, corners], depths[:, corners], rtol=1e-12)
-    assert np.all(np.diff(times, axis=1) > 0.0)
-    assert np.all(np.diff(indentations[:, corners[2] :], axis=1) < 0.0)
-
-
-def test_physical_steps_find_narrow_peaks():
-    grids = measurement_grid(**PROTOCOLS, counts=FMS)[0], physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0]
-    for row in range(2):
-        values = {name: float(values[row]) for name, values in PROTOCOLS.items()}
-        trajectory = simulate(Scene(values.pop("tabor"), StandardLinearSolid(RATIOS[row])), LoadingProtocol(**values))
-        times = grids[1][row]
-        width = np.diff(times)[np.searchsorted(times, trajectory.pull_off_time) - 1]
-        assert width < 0.05 * (trajectory.pull_off_time - times[sum(PHYSICAL[:2]) - 1 + 16])
-    highest = [
-        trajectory.at(np.minimum(grid[1], trajectory.time[-1])).max() / trajectory.pull_off_force for grid in grids
-    ]
-    assert highest[0] < 0.8
-    assert highest[1] > 0.999
-
-
-def test_elastic_force_vanishes_at_touch():
-    protocols, nowhere = [*PROTOCOLS.values(), -2.1 * PROTOCOLS["tabor"]], np.zeros(len(FACTORS))
-    elastic, soft = (
-        on_steps(np.stack([*protocols, ratios]), np.array(PHYSICAL), nowhere)[2] for ratios in (np.ones(2), RATIOS)
-    )
-    np.testing.assert_allclose(elastic, 0.0, atol=1e-12)
-    assert np.all(soft > 0.3)
-
-
 OPTIONS = ("--design", "sobol", "--count", "4", "--accuracy", "draft", "--range", "peak_indentation=2:5")
-ANY = (*OPTIONS, "--modulus-ratio", "0.02:1", "--steps", "physical")
+ANY = (*OPTIONS, "--modulus-ratio", "0.02:1", "--steps", "pull-off")
 
 
 @pytest.fixture(scope="module")
@@ -206,9 +159,8 @@ def test_each_has_its_own_solid_and_steps(path):
     dataset = load_dataset(path)
     drawn = Design("sobol", {"peak_indentation": (2.0, 5.0)}, (0.02, 1.0)).protocols(4, seed=0)
     np.testing.assert_array_equal(dataset.modulus_ratios, drawn["modulus_ratio"])
-    assert (dataset.steps, dataset.counts) == ("physical", PHYSICAL)
-    times, indentations = dataset.grid()
-    np.testing.assert_array_equal((times, indentations), physical_grid(**drawn))
+    assert (dataset.steps, dataset.counts) == ("pull-off", PULL_OFF)
+    times, _ = dataset.grid()
     row = int(np.argmin(dataset.modulus_ratios))
     quantities = {name: float(values[row]) for name, values in dataset.protocols.items()}
     scene = Scene(quantities.pop("tabor"), StandardLinearSolid(float(drawn["modulus_ratio"][row])))
@@ -219,20 +171,21 @@ def test_each_has_its_own_solid_and_steps(path):
 @pytest.mark.usefixtures("in_this_process")
 def test_any_solid_data_set_is_like_others(path, tmp_path):
     assert verify(path, sample=4).agrees
-    dataset = TrajectoryDataset.load(path)
-    assert dataset.modulus_ratio is None
-    np.testing.assert_array_equal(dataset.modulus_ratios(np.array([2, 0])), dataset.protocols["modulus_ratio"][[2, 0]])
-    np.testing.assert_array_equal(dataset.grid(np.array([1])), [values[1:2] for values in load_dataset(path).grid()])
     with pytest.raises(DamagedFileError, match=r"without /protocols/modulus_ratio"):
         load_dataset(altered(path, tmp_path, lambda file: file.__delitem__("protocols/modulus_ratio")))
 
 
-def test_other_steps_are_another_data_set(path, tmp_path):
-    out, digests = tmp_path / "other.h5", {TrajectoryDataset.load(path).sha256}
-    for options in ([], ["--steps", "physical"], ["--modulus-ratio", "0.02:1"], ["--modulus-ratio", "0.3"]):
+def test_other_steps_and_solids_are_refused_by_trainings(tmp_path):
+    out = tmp_path / "other.h5"
+    for options in (["--steps", "pull-off"], ["--modulus-ratio", "0.02:1"]):
+        assert command("campaign", *OPTIONS, *options, "--out", out, "--replace", solver=simulate).exit_code == 0
+        with pytest.raises(ValueError, match="must have uniform steps and one standard linear solid; received"):
+            TrajectoryDataset.load(out)
+    digests = set()
+    for options in ([], ["--modulus-ratio", "0.3"]):
         assert command("campaign", *OPTIONS, *options, "--out", out, "--replace", solver=simulate).exit_code == 0
         digests.add(TrajectoryDataset.load(out).sha256)
-    assert len(digests) == 5
+    assert len(digests) == 2
     dataset = load_dataset(out)
     assert "steps" not in dataset.attributes["campaign"]
     assert (dataset.steps, "protocols/modulus_ratio" in dataset.columns) == ("uniform", False)

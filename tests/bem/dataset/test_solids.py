@@ -10,7 +10,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
 from bem.dataset.lee_radok import held_to_unloading, relaxation_spectra, to_crossing
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.measurement_steps import PULL_OFF, measurement_grid
 from bem.dataset.pull_off_steps import pull_off_grid
 from bem.dataset.solids import LEAST_SHARE, Solids, solid_of
 from bem.dataset.verification import verify
@@ -114,22 +114,9 @@ def test_force_without_adhesion_is_the_hereditary_integral():
     assert abs(force(turn + travels[-1] / down)) < 3e-3 * forces[0]
 
 
-def test_steps_before_the_crossing_are_the_physical_ones():
-    ratio = np.array([0.1, 0.9, 0.02])
-    times, indentations = physical_grid(**PROTOCOLS, modulus_ratio=ratio)
-    around, depths = pull_off_grid(
-        **PROTOCOLS,
-        strengths=1.0 - ratio[:, np.newaxis],
-        retardation_times=np.ones((3, 1)),
-        pull_off_time=times[:, 80],
-    )
-    np.testing.assert_allclose(around[:, :46], times[:, :46], rtol=1e-12)
-    np.testing.assert_allclose(depths[:, [46 - 1, -1]], indentations[:, [46 - 1, -1]], rtol=1e-9)
-
-
 @pytest.mark.parametrize("share", [1e-6, 0.2, 0.7, 1.0])
 def test_a_step_lies_at_the_pull_off(share):
-    begin = physical_grid(**PROTOCOLS, modulus_ratio=0.1)[0][:, 29]
+    begin = measurement_grid(**PROTOCOLS, counts=PULL_OFF)[0][:, 29]
     travel = PROTOCOLS["peak_indentation"] + np.pi ** (2 / 3) * PROTOCOLS["tabor"]
     instant = begin + share * travel / PROTOCOLS["unloading_rate"]
     solid = {"strengths": np.full((3, 2), 0.4), "retardation_times": np.tile([0.1, 9.0], (3, 1))}
@@ -169,11 +156,6 @@ def test_a_spectrum_of_ones_own_is_kept_in_the_file(tmp_path):
     dataset = load_dataset(path)
     assert Campaign.of(dataset.attributes["campaign"]) == campaign
     np.testing.assert_allclose(dataset.solids[0].sum(axis=1), 1.0 - ratio, rtol=1e-12)
-
-
-def test_physical_steps_know_standard_linear_solids_alone():
-    with pytest.raises(ValueError, match="steps must be uniform or pull-off for other solids; received 'physical'"):
-        Campaign(design=Design("sobol", {}, (0.1, 0.9), Solids()), count=3, steps="physical")
 
 
 def test_solid_without_strength_is_elastic():
