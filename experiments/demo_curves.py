@@ -53,7 +53,7 @@ FRAMES, NODES, WIDER = 30, 40, 1.35
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
-# Instants of a fast unloading after a slow loading differ in their last digits, and steps follow from the pull-off time.
+# After a slow loading, instants of a fast unloading differ in their last digits; steps follow from the pull-off time.
 TIME_DIGITS = 12
 
 
