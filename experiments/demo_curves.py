@@ -24,6 +24,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from bem import Trajectory
@@ -52,11 +53,11 @@ FRAMES, NODES, WIDER = 30, 40, 1.35
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
-# The steps follow from the pull-off time, after which a slow loading may leave little of its digits.
-RESULT_DIGITS = 12
+# After a slow loading, instants of a fast unloading differ in their last digits; steps follow from the pull-off time.
+TIME_DIGITS = 12
 
 
-def rounded(values: np.ndarray, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
+def rounded(values: ArrayLike, digits: int = SIGNIFICANT_DIGITS) -> list[float]:
     """Values rounded to the precision of the file."""
     return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=np.float64)]
 
@@ -92,28 +93,26 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
 def entry(name: str, source: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
     """One curve; `results` has the quantities `RESULTS` as attributes."""
     numbers = dict(
-        zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS], RESULT_DIGITS), strict=True)
+        zip(RESULTS, rounded([getattr(results, quantity) for quantity in RESULTS], TIME_DIGITS), strict=True)
     )
     return {"name": name, "kind": source, "protocol": protocol, "results": numbers, "force": rounded(force)}
 
 
-def equal_steps(protocol: dict[str, float], _: Trajectory) -> np.ndarray:
+def equal_steps(protocol: dict[str, Any], _: Trajectory) -> np.ndarray:
     """The paper's measurement steps."""
     return measurement_grid(**protocol)[0][0]
 
 
-def steps_around_pull_off(protocol: dict[str, float], trajectory: Trajectory) -> np.ndarray:
+def steps_around_pull_off(protocol: dict[str, Any], trajectory: Trajectory) -> np.ndarray:
     """Measurement steps around the pull-off of a trajectory, as the file has its time."""
     ramps = {name: protocol[name] for name in QUANTITIES}
-    (time,) = rounded([trajectory.pull_off_time], RESULT_DIGITS)
+    (time,) = rounded([trajectory.pull_off_time], TIME_DIGITS)
     strength = 1.0 - protocol["modulus_ratio"]
     times, _ = pull_off_grid(**ramps, strengths=[[strength]], retardation_times=[[1.0]], pull_off_time=time)
     return times[0]
 
 
-def simulated_curve(
-    curve: dict[str, Any], steps: Callable[[dict[str, float], Trajectory], np.ndarray]
-) -> dict[str, Any]:
+def simulated_curve(curve: dict[str, Any], steps: Callable[[dict[str, Any], Trajectory], np.ndarray]) -> dict[str, Any]:
     """Simulate the protocol of an entry, and take its force at the steps of its protocol and trajectory.
 
     Raises:
@@ -161,7 +160,7 @@ def contact(curve: dict[str, Any]) -> dict[str, Any]:
     levels = np.rint(128 + 127 * np.clip(traction / np.where(traction < 0.0, push, pull), -1.0, 1.0)).astype("u1")
     numbers = zip(("reach", "low", "high", "push", "pull"), rounded([reach, low, high, push, pull]), strict=True)
     packed = {"surface": heights, "traction": levels}
-    return {"name": curve["name"], **dict(numbers), "times": [float(f"{time:.5g}") for time in profiles.time]} | {
+    return {"name": curve["name"], **dict(numbers), "times": rounded(profiles.time, TIME_DIGITS)} | {
         key: b64encode(values.tobytes()).decode() for key, values in packed.items()
     }
 

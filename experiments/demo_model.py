@@ -23,6 +23,7 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from experiments.cases import RANGES
 from surrogate.intervals import KINDS, LEVELS
+from surrogate.model import Surrogate
 from surrogate.solids import SolidSurrogate
 
 NAME = "fast"
@@ -34,7 +35,7 @@ TYPES = {"doubles": "<f8", "singles": "<f4"}
 """Types of the arrays, by the name of their list."""
 
 
-def packed(model: SolidSurrogate) -> bytes:
+def packed(model: Surrogate | SolidSurrogate) -> bytes:
     """Return the file of a model.
 
     Raises:

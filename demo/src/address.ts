@@ -21,12 +21,14 @@ export interface State {
   model: Name;
   /** A protocol to compare with. */
   pinned?: Protocol;
+  /** Of the film, where it does not stand at the pull-off. */
+  instant?: number;
 }
 
 const values = (protocol: Protocol) => QUANTITIES.map((name) => Number(protocol[name].toPrecision(8)));
 
-/** The protocol, and model, view and pinned protocol where they are not the usual ones; in laboratory units, the contact too. */
-export function toFragment({ protocol, view, contact, model, pinned }: State): string {
+/** The protocol, and model, view, pinned protocol and instant where they are not the usual ones; in laboratory units, the contact too. */
+export function toFragment({ protocol, view, contact, model, pinned, instant }: State): string {
   const axes = (["time", "force", "units"] as const).filter((axis) => view[axis] !== USUAL_VIEW[axis]);
   const shown = view.units === "laboratory" ? CONTACT : [];
   return [
@@ -35,6 +37,7 @@ export function toFragment({ protocol, view, contact, model, pinned }: State): s
     ...axes.map((axis) => `${axis}=${view[axis]}`),
     ...shown.map((name) => `${name}=${Number(contact[name].toPrecision(8))}`),
     ...(pinned ? [`pinned=${values(pinned).join(",")}`] : []),
+    ...(instant === undefined ? [] : [`instant=${Number(instant.toPrecision(12))}`]),
   ].join("&");
 }
 
@@ -53,10 +56,11 @@ export function fromFragment(fragment: string, fallback: Protocol, paper: number
     if (others.length) throw new Trouble(`The link gives ${name} more than once.`);
     return text;
   };
-  /** A number in a text; of a quantity, one that it may have. */
+  /** A number in a text; of a quantity, one that it may have; an instant may be zero. */
   const number = (key: string, text: string, quantity?: Quantity) => {
     const value = DECIMAL.test(text) ? Number(text) : NaN;
-    const usable = quantity ? !complaint(value, quantity) : value > 0 && Number.isFinite(value);
+    const positive = value > 0 || (key === "instant" && value === 0);
+    const usable = quantity ? !complaint(value, quantity) : positive && Number.isFinite(value);
     if (!usable) throw new Trouble(`The link gives ${key} = “${text}”, which is no usable number.`);
     return value;
   };
@@ -81,7 +85,11 @@ export function fromFragment(fragment: string, fallback: Protocol, paper: number
     throw new Trouble(`The link gives modulus_ratio = “${protocol.modulus_ratio}”, but ${model} knows ${paper} only.`);
   }
   const view = { time: choice("time", VIEWS.time), force: choice("force", VIEWS.force), units: choice("units", VIEWS.units) };
-  return { protocol, view, contact, model, pinned: pinnedOf(single("pinned"), number) };
+  const instant = single("instant");
+  return {
+    ...{ protocol, view, contact, model, pinned: pinnedOf(single("pinned"), number) },
+    instant: instant === undefined ? undefined : number("instant", instant),
+  };
 }
 
 function pinnedOf(text: string | undefined, number: (key: string, text: string, quantity: Quantity) => number) {

@@ -10,7 +10,7 @@ import { title, type Curve } from "./curves";
 import { fetchFile } from "./files";
 import { significant } from "./format";
 import { colours } from "./ink";
-import { linearly, type Grid } from "./protocol";
+import { linearly, nearest, type Grid } from "./protocol";
 import { Trouble } from "./trouble";
 import { DIMENSIONLESS, handy, type Units } from "./units";
 
@@ -83,6 +83,10 @@ export class Film {
   private scene?: Scene;
   private units = DIMENSIONLESS;
   private timer?: number;
+  /** The instant that the reader or the link has chosen; undefined at the pull-off and while it plays. */
+  private chosen?: number;
+  /** Whether `chosen` is meant for the contact that is shown next. */
+  private sought = false;
   /** The first contact moves at once, unless the reader wants no motion. */
   private opening = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -95,11 +99,8 @@ export class Film {
     this.slider = host.querySelector("input")!;
     this.button = host.querySelector("button")!;
     this.words = host.querySelector("output")!;
-    this.slider.addEventListener("input", () => {
-      this.stop();
-      this.draw();
-    });
-    this.button.addEventListener("click", () => (this.timer === undefined ? this.play() : this.stop()));
+    this.slider.addEventListener("input", () => this.choose());
+    this.button.addEventListener("click", () => (this.timer === undefined ? this.play() : this.choose()));
     new ResizeObserver(() => this.draw()).observe(this.canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
@@ -119,8 +120,11 @@ export class Film {
     const caption = own ? `The computed contact: ${about}` : `Not your protocol, but the nearest computed one: ${about}`;
     this.host.querySelector("figcaption span")!.textContent = caption;
     this.host.dataset["own"] = String(own);
-    if (this.wanted === curve.name) return this.draw();
+    const sought = this.sought;
+    this.sought = false;
+    if (this.wanted === curve.name) return sought ? this.rest() : this.draw();
     this.wanted = curve.name;
+    if (!sought) this.chosen = undefined;
     const loading = this.known.get(curve.name) ?? loadProfiles(curve.name);
     this.known.set(curve.name, loading);
     loading.catch(() => this.known.delete(curve.name));
@@ -130,7 +134,7 @@ export class Film {
     this.scene = { contact, curve, grid };
     this.slider.max = String(contact.times.length - 1);
     this.rest();
-    if (this.opening) {
+    if (this.opening && this.chosen === undefined) {
       this.slider.value = "0";
       this.play();
     }
@@ -138,8 +142,30 @@ export class Film {
     this.host.dataset["shown"] = curve.name;
   }
 
+  /** The instant to restore, if it is not the usual one. */
+  get instant(): number | undefined {
+    return this.chosen;
+  }
+
+  /** Stand at an instant, or at the pull-off, of the contact that is shown next. */
+  seek(instant: number | undefined): void {
+    [this.chosen, this.sought] = [instant, true];
+  }
+
+  private choose(): void {
+    this.stop();
+    this.chosen = this.scene && this.time(this.scene);
+    this.draw();
+  }
+
+  /** The instant that the slider is at. */
+  private time({ contact: { times } }: Scene): number {
+    return linearly(this.slider.valueAsNumber, [...times.keys()], times);
+  }
+
   /** From here, or from the approach, to the release, and back to the pull-off. */
   private play(): void {
+    this.chosen = undefined;
     if (Number(this.slider.value) >= Number(this.slider.max)) this.slider.value = "0";
     this.name("Pause");
     this.timer = window.setInterval(() => {
@@ -152,11 +178,15 @@ export class Film {
     }, PAUSE);
   }
 
-  /** Stand at the pull-off. */
+  /** Stand at the chosen instant, or at the pull-off. */
   private rest(): void {
-    const { contact, curve } = this.scene!;
-    const away = contact.times.map((time) => Math.abs(time - curve.results.pull_off_time));
-    this.slider.value = String(away.indexOf(Math.min(...away)));
+    if (!this.scene) return;
+    const { times } = this.scene.contact;
+    const place =
+      this.chosen === undefined
+        ? nearest(times, this.scene.curve.results.pull_off_time)
+        : linearly(this.chosen, times, [...times.keys()]);
+    this.slider.value = String(place);
     this.draw();
   }
 
@@ -173,9 +203,9 @@ export class Film {
 
   private draw(): void {
     if (!this.scene) return;
-    const { contact, curve, grid } = this.scene;
+    const { curve, grid } = this.scene;
     const place = this.slider.valueAsNumber;
-    const time = linearly(place, [...contact.times.keys()], contact.times);
+    const time = this.time(this.scene);
     const [depth, load] = [grid.indentations, curve.force].map((values) => linearly(time, grid.times, values)) as [number, number];
     const { units } = this;
     const quantities = [["t", time, units.time], ["δ", depth, units.length], ["P", load, units.force]] as const;

@@ -8,8 +8,8 @@ import { covered, halfWidths } from "./intervals";
 import { Solid } from "./lee_radok";
 import type { Band, Model, Prediction, Ranges } from "./model";
 import { part, Stage, type Arrays, type Places } from "./network";
-import { corners, type Counts, type Grid, type Protocol } from "./protocol";
-import { nearest, pullOffGrid } from "./pull_off_steps";
+import { corners, nearest, type Counts, type Grid, type Protocol } from "./protocol";
+import { pullOffGrid } from "./pull_off_steps";
 import { forcesWithoutAdhesion, solidFeatures } from "./solid_features";
 import { Trouble } from "./trouble";
 

@@ -47,6 +47,8 @@ class Page {
   private chosen: Name = MODELS[0];
   /** Undefined until the first model is there. */
   private loaded?: Loaded;
+  /** Whose errors are listed. */
+  private listed?: Loaded;
   private protocol: Protocol;
   private pinned?: Protocol;
   private shown?: Shown;
@@ -62,7 +64,10 @@ class Page {
     const drawn = { history: history!, loop: loop!, protocol: protocol! };
     const current = () => this.protocol;
     this.plots = new Plots(drawn, current, (changed) => this.show(changed));
-    this.film = new Film(byId("film"), (time) => this.plots.mark(this.shown?.computed ? time : undefined));
+    this.film = new Film(byId("film"), (time) => {
+      this.plots.mark(this.shown?.computed ? time : undefined);
+      if (this.shown) this.note();
+    });
     this.picker = new Picker(current, (curve) => this.show(curve.protocol));
     this.picker.fill(curves);
     this.look = new ViewControls(() => this.draw());
@@ -80,6 +85,7 @@ class Page {
     }
     this.look.show(state.view, state.contact);
     this.pinned = state.pinned;
+    this.film.seek(state.instant);
     await this.show(state.protocol);
     if (this.loaded === undefined) document.body.dataset["state"] = "drawn";
     if (trouble) tell(trouble);
@@ -107,36 +113,39 @@ class Page {
     }
     byId("loading").textContent = "";
     byId<HTMLInputElement>(`model-${this.chosen}`).checked = true;
-    if (this.loaded && this.loaded !== before) await this.suit(this.loaded);
-    if (turn !== this.turns) return;
+    if (this.loaded && this.loaded !== before) this.suit(this.loaded);
     const ratio = this.chosen === "fast" || stay ? this.protocol.modulus_ratio : this.shelf.solids.modulus_ratio;
     const next = { ...this.protocol, modulus_ratio: ratio };
     this.controls.show(next);
     this.protocol = next;
     await this.predict();
+    if (this.loaded && this.loaded !== this.listed) await this.compareAll(this.loaded, turn);
+    if (turn !== this.turns) return;
     document.body.dataset["model"] = this.loaded?.model.name ?? "none";
   }
 
-  private async suit(loaded: Loaded): Promise<void> {
-    const { model, set } = loaded;
+  private suit({ model, set }: Loaded): void {
     this.controls.suit(model.ranges, `${model.name} knows this solid only; fast knows any.`);
     this.plots.corners.ranges = model.ranges;
     this.picker.fill(set.curves);
     byId("steps").textContent = String(set.counts.reduce((sum, count) => sum + count));
-    await this.compareAll(loaded);
   }
 
-  /** Predict all computed protocols and list the errors. */
-  private async compareAll({ model, set }: Loaded): Promise<void> {
+  /** Predict all computed protocols and list the errors; film and reader go on between them. */
+  private async compareAll(loaded: Loaded, turn: number): Promise<void> {
+    const { model, set } = loaded;
     const rows = [];
     for (const curve of set.curves) {
+      await new Promise((resolve) => setTimeout(resolve));
       const prediction = await model.predict(curve.protocol);
+      if (turn !== this.turns) return;
       if (!prediction) continue;
       const computed = { curve, grid: this.grid(curve, set) };
       const [top] = ofSolver(computed, prediction.band !== undefined);
       const error = forceError(prediction.force, forceOfSolver(computed, prediction));
       rows.push({ curve, error, pullOffError: relativeError(prediction.pullOff.force, top) });
     }
+    this.listed = loaded;
     listCurves(rows, (curve) => this.show(curve.protocol));
     byId("curve-summary").textContent =
       `The ${rows.length} computed protocols: median force error ${percent(median(rows.map((row) => row.error)))}, ` +
@@ -266,7 +275,15 @@ class Page {
     byId("unpin").hidden = !this.pinned;
     byId("pinned").textContent = this.pinned ? `Pinned: ${brief(this.pinned)}` : "";
     byId<HTMLButtonElement>("csv").disabled = !prediction;
-    byId("results").dataset["address"] = toFragment(this.state());
+    this.note(true);
+  }
+
+  /** Bring the address in line with what is shown; `anew` also where only the reader has changed it. */
+  private note(anew = false): void {
+    const { dataset } = byId("results");
+    const before = dataset["address"];
+    dataset["address"] = toFragment(this.state());
+    if (dataset["address"] === before && !anew) return;
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
@@ -274,7 +291,7 @@ class Page {
 
   private state(): State {
     const { view, contact } = this.look;
-    return { protocol: this.shown!.protocol, view, contact, model: this.chosen, pinned: this.pinned };
+    return { protocol: this.shown!.protocol, view, contact, model: this.chosen, pinned: this.pinned, instant: this.film.instant };
   }
 
   private writeAddress(): void {

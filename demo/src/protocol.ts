@@ -107,6 +107,11 @@ export function linearly(at: number, places: ArrayLike<number>, values: ArrayLik
   return values[low]! + ((values[high]! - values[low]!) / (places[high]! - places[low]!)) * (at - places[low]!);
 }
 
+/** The place of the value nearest to one that is wanted. */
+export function nearest(values: readonly number[], wanted: number): number {
+  return values.reduce((best, value, i) => (Math.abs(value - wanted) < Math.abs(values[best]! - wanted) ? i : best), 0);
+}
+
 /** Whether two protocols are the same but for rounding. */
 export function sameProtocol(a: Protocol, b: Protocol): boolean {
   return QUANTITIES.every((name) => Math.abs(a[name] - b[name]) <= 1e-6 * Math.abs(b[name]));

@@ -4,7 +4,7 @@
  */
 
 import { approach, type Path } from "./lee_radok";
-import { linearly, phases, startIndentation, type Counts, type Grid, type Protocol } from "./protocol";
+import { linearly, nearest, phases, startIndentation, type Counts, type Grid, type Protocol } from "./protocol";
 
 const FIRST = 0.05;
 /** The share of the unloading points before the crossing. */
@@ -48,11 +48,6 @@ function travelled(unloading: Path, room: number, wanted: number, count: number)
   // One step lies at the pull-off, also where it comes before or barely after the crossing.
   travels[nearest(travels, pullOff)] = pullOff;
   return travels;
-}
-
-/** The place of the value nearest to one that is wanted. */
-export function nearest(values: readonly number[], wanted: number): number {
-  return values.reduce((best, value, i) => (Math.abs(value - wanted) < Math.abs(values[best]! - wanted) ? i : best), 0);
 }
 
 /** `count` of increasing positions, the last included, spaced half by them, half by the change of the force. */

@@ -317,13 +317,17 @@ def test_phone_shows_contact_and_force_and_keeps_the_force(browsed):
 @pytest.mark.parametrize("window", ["desk", "phone", "dark"])
 def test_film_runs_from_approach_to_release(browsed, window):
     seen = browsed["film"][window]
-    pull_off = computed("paper-4")["pull_off_force"]
+    pull_off, pull_off_time = (computed("paper-4")[name] for name in ("pull_off_force", "pull_off_time"))
     force = float(seen["start"]["words"].rpartition("P ")[2].replace("−", "-"))
     assert 0.9 * pull_off < force <= 1.01 * pull_off
     assert seen["sight"] > 0.95
     assert seen["apart"]["instant"] == 0 < seen["playing"]["instant"]
     assert (seen["playing"]["button"], seen["paused"]["button"]) == ("Pause the contact", "Play the contact")
+    # A link stands where it was copied; another contact is shown at its pull-off again.
+    assert seen["linked"] == seen["paused"]
     assert seen["end"]["instant"] == seen["end"]["last"]
+    assert float(seen["nearest"]["address"]["instant"]) > pull_off_time
+    assert seen["other"]["address"]["instant"] is None
     # Sphere, solid, and a surface whose tractions have many shades.
     assert all(look["colours"] > 100 for look in seen.values() if isinstance(look, dict) and "colours" in look)
     assert seen["findings"] == []
@@ -390,6 +394,7 @@ def test_trouble_is_told_in_a_sentence(browsed, trouble):
             "modulus_ratio=0.3&model=M1-concat",
             "The link gives modulus_ratio = “0.3”, but M1-concat knows 0.1 only.",
         ),
+        ("instant=soon", "The link gives instant = “soon”, which is no usable number."),
         ("pinned=1,2", "The link gives pinned = “1,2”, which must be 6 numbers."),
         ("pinned=1,2,3,4,5,soft", "The link gives pinned = “soft”, which is no usable number."),
         ("modulus_ratio=2", "The link gives modulus_ratio = “2”, which is no usable number."),

@@ -46,6 +46,11 @@ export async function film({ open, phone, out }) {
     seen[name].playing = await look(page);
     await page.click("#film button");
     seen[name].paused = await look(page);
+    await settled(page);
+    const linked = await open(new URL(page.url()).hash, options);
+    await linked.waitForSelector("#film[data-shown]");
+    seen[name].linked = await look(linked);
+    await linked.context().close();
     await page.locator("#instant").focus();
     await page.keyboard.press("End");
     seen[name].end = await look(page);
@@ -55,6 +60,10 @@ export async function film({ open, phone, out }) {
     await page.waitForSelector("#film[data-own=false]");
     await settled(page);
     seen[name].nearest = await read(page);
+    await page.selectOption("#presets", "paper-12");
+    await page.waitForSelector("#film[data-shown=paper-12]");
+    await settled(page);
+    seen[name].other = await read(page);
     await page.context().close();
   }
   return seen;

@@ -21,13 +21,13 @@ export const read = (page) =>
     const text = (id) => element(id).textContent;
     const tiles = ["pull-off-force", "pull-off-time", "hysteresis"];
     const all = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
-    const { time, force, units, radius, adhesion, modulus, retardation, model, pinned, ...protocol } = all;
+    const { time, force, units, radius, adhesion, modulus, retardation, model, pinned, instant, ...protocol } = all;
     const chosen = (name) => document.querySelector(`input[name=${name}]:checked`).value;
     const visible = (id) => (element(id).hidden ? null : text(id));
     const ends = element("pull-off-interval").dataset.ends;
     return {
       protocol,
-      address: { time: time ?? null, force: force ?? null, model: model ?? null, pinned: pinned ?? null },
+      address: { time: time ?? null, force: force ?? null, model: model ?? null, pinned: pinned ?? null, instant: instant ?? null },
       view: { time: chosen("time"), force: chosen("force") },
       values: Object.fromEntries(tiles.map((id) => [id, Number(element(id).dataset.value || NaN)])),
       contact: { units, radius, adhesion, modulus, retardation },

@@ -91,6 +91,7 @@ def test_tracked_solids_have_contacts():
     assert contacts["dataset_sha256"] == SOLIDS["dataset_sha256"]
     assert [contact["name"] for contact in contacts["contacts"]] == [curve["name"] for curve in SOLIDS["curves"]]
     assert path.stat().st_size < 400_000
+    assert all(np.diff(film["times"]).min() > 0.0 for film in contacts["contacts"])
 
 
 def test_pressed_contact_lies_on_the_sphere():
