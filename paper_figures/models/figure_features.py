@@ -109,10 +109,10 @@ def compose(
     drawn, panels = drawing.panels(1, 2 + by_paper_recipe, height=3.0)
     for axes in panels:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-        axes.set_title(models_style.label(REFERENCE, "swift"), loc="right")
+        axes.set_title(models_style.label(REFERENCE, "swift").partition(", ")[2], loc="right")
     if by_paper_recipe:
         draw_by_paper_recipe(panels[0], model_comparison)
-        panels[0].set_title(models_style.label(REFERENCE, "paper"), loc="right")
+        panels[0].set_title(models_style.label(REFERENCE, "paper").partition(", ")[2], loc="right")
     draw_shares(panels[1], data_efficiency)
     draw_feature_sets(panels[2 * by_paper_recipe], feature_sets["sets"], ranking)
     return {"figure-features": drawn, "features": features_table(feature_sets, ranking)}
