@@ -47,7 +47,11 @@ class Measurement(Path):
     correlated: float
     """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
     freedoms: float
-    """Independent points that `noise` and `correlated` rest on."""
+    """Independent points that `correlated` rests on."""
+    whitener: FloatArray
+    """Weights of a residual and those before it whose sum is independent noise of variance 1, by the baseline."""
+    quiet: int
+    """Independent points that `noise` and `whitener` rest on."""
     first: int
     """The first point after the baseline."""
     segments: Segments
@@ -137,9 +141,11 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     once = np.maximum.accumulate(time + 1e-12 * np.ptp(time) * number)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first]}
     columns |= {"drag": -np.gradient(place, once), "drift": time - time[first]}
-    quiet = int(_FAR * first)
+    quiet, whitener = int(_FAR * first), np.ones(1)
     noise, correlated, freedoms = noise_of(curve.tension), 1.0, float(len(curve))
-    if index >= FEWEST and quiet > 8:
+    if not (index >= FEWEST and quiet > 8):
+        quiet = len(curve)
+    else:
         line = np.column_stack([np.ones(quiet), place[:quiet] - place[0]][: 1 + (quiet > 16)])
         rest = np.sqrt(counts[:quiet]) * (
             tension[:quiet] - line @ np.linalg.lstsq(line, tension[:quiet], rcond=1e-9)[0]
@@ -149,6 +155,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
             basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
             slow, freedoms = slow_noise(rest, basis)
             correlated = max(slow / max(noise**2, 1e-300), 1.0)
+            whitener = whitening(rest)
+            whitener *= noise / max(float(np.std(lfilter(whitener, 1.0, rest)[_ORDER:])), 1e-300)
     noise = max(noise, _EXACT * float(np.ptp(tension)) * float(np.sqrt(np.median(counts))), 1e-300)
     baseline = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
     jumps = _jumps(time, tension, top, leaves, baseline)
@@ -159,8 +167,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     slope = 1.5 * pressed / np.maximum(depth, 0.02 * float(depth.max()) + 1e-300)
     counted = counted / np.hypot(1.0, slope * shaken / noise)
     return Measurement(
-        time, place, setup, tension, counted * np.sqrt(counts), baseline, noise, correlated, freedoms, first, averaged,
-        columns, jumps,
+        time, place, setup, tension, counted * np.sqrt(counts), baseline, noise, correlated, freedoms, whitener, quiet,
+        first, averaged, columns, jumps,
     )  # fmt: skip
 
 

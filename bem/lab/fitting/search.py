@@ -53,6 +53,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     if not runs:
         raise failure
     best, reached = runs[0], problem.options["accuracy"]
+    problem.narrow_steps(best.jacobian)
     with suppress(NoContactError):
         problem.options["accuracy"] = accuracy
         best, reached = _last(problem, best.x), accuracy

@@ -68,7 +68,7 @@ def tension(
     values: Values,
     path: Path,
     accuracy: str | float = "draft",
-    jumps: Sequence[Jump] = (),
+    jumps: Sequence[Jump] | None = None,
     budget: list[float] | None = None,
 ) -> FloatArray:
     """See `Model.tension`; after it, for a measured jump out of contact, how late the model's is.
@@ -76,12 +76,12 @@ def tension(
     Args:
         values, path: as there.
         accuracy: as for `bem.simulate`.
-        jumps: of the measured force.
+        jumps: of the measured force, for a search; `None`: the tension is that of the model everywhere.
         budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: of this call.
 
     Returns:
-        tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
-        (1,) with a jump out of contact and (0,) without.
+        tension (n,), NaN beside a jump of the model and from there to a near measured one, and lateness in standard
+        deviations, (1,) with a measured jump out of contact and (0,) without.
 
     Raises:
         NoContactError: the solver does not complete the contact, or the budget is spent.
@@ -104,10 +104,13 @@ def tension(
     if not trajectory.completed:
         raise NoContactError(str(trajectory.status))
     instants = (path.time - begin) / setup.time_scale
-    gone, late = np.zeros(instants.size, dtype=bool), np.zeros(0)
+    spacing, late = float(np.median(np.diff(instants))), np.zeros(0)
+    # Across a jump of its own the model has no derivative, and its instant is no finer than the samples.
+    own = [] if jumps is None else [jump.time for jump in trajectory.jumps]
+    gone = np.any(np.abs(np.subtract.outer(instants, own)) < spacing, axis=1)
     travel = float(np.sum(np.abs(np.diff(path.place)))) / float(np.ptp(path.time))
-    unsure = np.hypot(float(np.median(np.diff(path.time))), _SCATTER * setup.adhesion_length / travel)
-    for jump in jumps:
+    unsure = np.hypot(spacing * setup.time_scale, _SCATTER * setup.adhesion_length / travel)
+    for jump in jumps or ():
         meant = (jump.time - begin) / setup.time_scale
         late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, meant) - meant
         if abs(late_by) < _NEAR * trajectory.time[-1]:
