@@ -298,14 +298,14 @@ class Setup:
         Args:
             protocol: of `protocol(...)`.
             model: a loaded surrogate, or the name of one, which is then loaded for this call.
-            coverage: share of true forces that the bands of the curve are to contain, of a model that has some.
+            coverage: share of true forces that the band of the curve is to contain, of a model that has one.
             force_sign: as for `simulate`.
 
         Returns:
             The force curve, with `force_lower`, `force_upper` and `pull_off_interval` of a model with bands.
 
         Raises:
-            ValueError: an argument is invalid, or the model does not know the scene: a spring or a Prony series.
+            ValueError: an argument is invalid, or the model does not know the scene, such as one with a spring.
         """
         require_sign(force_sign)
         if isinstance(model, str):
@@ -315,7 +315,9 @@ class Setup:
                 model = package.load()(model)
         if not hasattr(model, "predict"):
             raise ValueError(f"model must be a surrogate or the name of one; received {shown(model)}")
-        trajectory = model.predict(self.scene(), protocol, coverage=coverage)
+        # A model of the paper knows no intervals.
+        options = {"coverage": coverage} if getattr(model, "any_solid", False) else {}
+        trajectory = model.predict(self.scene(), protocol, **options)
         return self._in_si(trajectory, force_sign)
 
     def _in_si(self, trajectory: Any, force_sign: ForceSign) -> ForceCurve:

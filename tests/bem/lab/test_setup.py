@@ -62,7 +62,8 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         loop = drawn.plot().axes[1]
         across = loop.collections[0].get_paths()[0].vertices[:, 1]
         ends = np.sort(scale * np.array([found.force_lower.min(), found.force_upper.max()]))
-        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
+        # A band is drawn smoothly between the steps, whose highest it may pass a little.
+        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-5)
         assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
         assert loop.lines[1].get_color() == COLOURS["fast"]
         assert [line.get_marker() for line in loop.lines].count("o") == found.detached
