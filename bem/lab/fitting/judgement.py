@@ -36,7 +36,7 @@ def judge(fitted: Fitted) -> Judgement:
     """Judge one fit."""
     data, counted = fitted.problem.data, fitted.counted[: len(fitted.problem)]
     residuals = fitted.residuals[: len(fitted.problem)]
-    depth = data.place - fitted.values["contact_point"]
+    depth = data.position - fitted.values["contact_point"]
     pressed = counted & (depth > 0.0)
     if np.count_nonzero(pressed) < 2 * _DEPTHS:
         return Judgement(False, None, ("Fewer points in contact than a judgement needs.",))

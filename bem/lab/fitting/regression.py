@@ -59,12 +59,12 @@ class Regression:
     evaluations: int = 0
 
     def __post_init__(self) -> None:
-        self.parameters: dict[str, Parameter] = {each.name: each for each in (*self.model.parameters, CONTACT_POINT)}
+        self.parameters: dict[str, Parameter] = {entry.name: entry for entry in (*self.model.parameters, CONTACT_POINT)}
         depth = float(np.ptp(self.data.depth[self.data.first :]))
         pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
         size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.setup.radius)}
         self.unit = {name: size.get(name, 1.0) for name in self.free}
-        ends = ({name: getattr(each, end) for name, each in self.parameters.items()} for end in ("low", "high"))
+        ends = ({name: getattr(entry, end) for name, entry in self.parameters.items()} for end in ("low", "high"))
         self.bounds: tuple[FloatArray, ...] = tuple(map(self.point, ends))
         columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
         self.length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
@@ -90,7 +90,7 @@ class Regression:
         """Values in SI at a point of the search, those that are fixed included."""
         moved = zip(self.free, map(self.parameters.__getitem__, self.free), x, strict=True)
         return self.start | {
-            name: each.outer(each.inner(self.start[name]) + by * self.unit[name]) for name, each, by in moved
+            name: entry.outer(entry.inner(self.start[name]) + by * self.unit[name]) for name, entry, by in moved
         }
 
     def tension(self, x: FloatArray) -> FloatArray:
@@ -113,7 +113,7 @@ class Regression:
             return np.append(far * np.maximum(self.data.weights, 1.0), far * late)
         gone = np.isnan(tension)
         if self.model.spans:
-            ahead = self.data.place - self.values(x)["contact_point"]
+            ahead = self.data.position - self.values(x)["contact_point"]
             self._choose_span(tension, ahead > _OVERLAPS * max(float(ahead.max()), 0.0))
         else:
             self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
@@ -174,7 +174,7 @@ class Regression:
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
-            turned, tilt = self.data.place - self.values(x)["contact_point"], self.linear.index("tilt")
+            turned, tilt = self.data.position - self.values(x)["contact_point"], self.linear.index("tilt")
             self.length[tilt] = np.linalg.norm(turned)
             self.columns[:, tilt] = turned / self.length[tilt]
         self.tension(x)  # raises where there is no contact
@@ -275,13 +275,13 @@ class Fitted:
     def blocks(self) -> np.ndarray:
         """Which points of the contact lie in which block of depth, on either way, and in which of a hold, (n, m)."""
         data = self.problem.data
-        depth, number = data.place - self.values["contact_point"], np.arange(data.place.size)
+        depth, number = data.position - self.values["contact_point"], np.arange(data.position.size)
         pressed = self.counted[: depth.size] & (depth > 0.0)
         block = np.minimum(depth / depth[pressed].max(initial=1e-300) * BLOCKS, BLOCKS - 1).astype(int)
         ways = number > data.segments.top, number <= data.segments.top
         hold = np.array_split(number[data.segments.top : data.segments.leaves + 1], 4)
         blocks = [pressed & way & (block == depth_block) for way in ways for depth_block in range(BLOCKS)]
-        return np.column_stack([*blocks, *(np.isin(number, part) for part in hold)])
+        return np.column_stack([*blocks, *(np.isin(number, quarter) for quarter in hold)])
 
     @property
     def independent(self) -> float:
@@ -315,9 +315,9 @@ class Fitted:
         spread[seen] = float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
         low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
-        floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
+        floor = {name: half.low for name, half in self.problem.parameters.items() if half.scale == "linear"}
         intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
-        for name, each in zip(names[free:], spread[free:], strict=True):
-            intervals[name] = (self.values[name] - each, self.values[name] + each)
+        for name, half in zip(names[free:], spread[free:], strict=True):
+            intervals[name] = (self.values[name] - half, self.values[name] + half)
         rows = zip(names, correlation.tolist(), strict=True)
         return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}
