@@ -21,40 +21,46 @@ from bem.cli.arguments import (
     Text,
     by_force,
     entry_of,
+    in_output,
     option,
+    panel,
     parse_material,
     say_written,
     write,
 )
 
-MODEL = "By default the simplest that describes the curve."
+of_curve, of_model, of_solid = map(panel, ("Measured curve", "Model", "Solid and adhesion"))
+MODEL = "Model to fit; auto takes the simplest that describes the curve."
 STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none, or the file's own."
 Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
-Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
+Speed = Annotated[Text, of_curve("Speed of the stage, e.g. 2um/s, for files without time.")]
 Stiffness = Annotated[Text, option(STIFFNESS)]
-Sensitivity = Annotated[Text, option("Of the deflection, e.g. 50nm/V, for AFM files that hold volts.")]
-ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], option(MODEL)]
-Segment = Annotated[Literal["approach", "retract", "both"], option("What counts.")]
-Thickness = Annotated[Text, option("Of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")]
+Sensitivity = Annotated[Text, of_curve("Deflection per volt, e.g. 50nm/V, for AFM files that hold volts.")]
+ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], of_model(MODEL)]
+Segment = Annotated[Literal["approach", "retract", "both"], of_model("Part of the curve that is fitted.")]
+Thickness = Annotated[
+    Text, of_model("Thickness of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")
+]
 FileSign = Annotated[
-    Text, option("Which force of the file is positive: tension or compression; by default compression, or the file's.")
+    Literal["tension", "compression"] | None,
+    of_curve("Which force of the file is positive; by default compression, or as the file says."),
 ]
 Poisson = Annotated[
-    float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
+    float | None, of_solid("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
-Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
+Gap = Annotated[Text, of_solid("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
 Modulus = Annotated[Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
 START = "Indentation at the start and the end; by default just out of contact."
 TIMES = "Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle."
 FORCES = "Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign."
 LARGEST = "Above this Tabor parameter an effective, longer gap is simulated, as a film needs; by default none is."
-ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
+ForceSign = Annotated[Literal["tension", "compression"], option("Which force is positive.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
-ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
-HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
+ANGLE = "Angle between a cone and its axis, in degrees; --radius is then that of its apex."
+HELD_BY_FREE = "used where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
-    "Its modulus ratio is held where --free leaves it out; a Prony series always is, and its times are in seconds "
-    "unless --retardation-time."
+    "Solid, whose modulus ratio is used where --free leaves it out. A Prony series is never fitted; its times are in "
+    "seconds unless --retardation-time gives their unit."
 )
 
 
@@ -180,21 +186,21 @@ def fit(
     force_sign: FileSign = None,
     sensitivity: Sensitivity = None,
     speed: Speed = None,
-    number: Annotated[int | None, option("Of the curve, from 0, in a file of several.")] = None,
+    number: Annotated[int | None, of_curve("Number of the curve in a file of several, from 0.")] = None,
     model: ModelName = "auto",
     segment: Segment = "both",
     thickness: Thickness = None,
-    half_angle: Annotated[float | None, option(ANGLE)] = None,
-    free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
-    modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
-    work_of_adhesion: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
+    half_angle: Annotated[float | None, of_model(ANGLE)] = None,
+    free: Annotated[Text, of_model("Parameters to fit, separated by commas; by default all of the model.")] = None,
+    modulus: Annotated[Text, of_solid(f"Relaxed Young's modulus, e.g. 2MPa; {HELD_BY_FREE}")] = None,
+    work_of_adhesion: Annotated[Text, of_solid(f"Work of adhesion, e.g. 50mJ/m2; {HELD_BY_FREE}")] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
-    material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
+    retardation_time: Annotated[Text, of_solid(f"Retardation time, e.g. 100ms; {HELD_BY_FREE}")] = None,
+    material: Annotated[str, of_solid(f"{SOLID} {MATERIAL_HELP[0].upper()}{MATERIAL_HELP[1:]}")] = "elastic",
     accuracy: Accuracy = "standard",
-    out: Annotated[File, option("Write values, intervals and correlations here (.json).")] = None,
-    plot: Annotated[File, option("Draw measurement, fit and residuals here.")] = None,
+    out: Annotated[File, in_output("Write values, intervals and correlations here (.json).")] = None,
+    plot: Annotated[File, in_output("Draw measurement, fit and residuals here (.png, .pdf, .svg).")] = None,
 ) -> None:
     """Fit Young's modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 

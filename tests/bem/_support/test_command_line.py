@@ -42,7 +42,7 @@ def failed() -> None:
         (study, ["2"], 0, ""),
         (study, ["2", "--stop"], 75, ""),
         (study, ["0"], 2, ": count must be at least 1; received 0\n"),
-        (study, ["x"], 2, "is not a valid int"),
+        (study, ["x"], 2, ": count must be an integer; received 'x'\n"),
         (failed, [], 1, ": a training failed; its log is in 'runs'\n"),
     ],
 )
@@ -78,8 +78,8 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ("bem --sideways", "bem: No such option"),
-        ("surrogate --sideways", "surrogate: No such option"),
+        ("bem --sideways", "bem: options must be those that --help lists; received --sideways"),
+        ("surrogate --sideways", "surrogate: options must be those that --help lists; received --sideways"),
         (f"bem simulate --tabor -1 {CYCLE}", "bem: --tabor must be a finite number at least 1e-06"),
         ("bem simulate --loading-rate 1", "bem: --peak-indentation, --unloading-rate must be given"),
         (
