@@ -33,7 +33,7 @@ _USAGE = {
     r"Missing (?:option|argument) '(.+?)'.*": "{0} must be given; received none",
     r"Option '(.+?)' requires an argument\.": "{0} must have a value; received none",
     r"No such option: (\S+)(.*)": "options must be those that --help lists; received {0}{1}",
-    r"Got unexpected extra arguments? \((.+)\)": "options must have names, as --help lists them; received {0}",
+    r"Got unexpected extra argument\S* \((.+)\)": "options must have names, as --help lists them; received {0}",
     r"No such command (.+)\.": "the command must be one of {commands}; received {0}",
 }
 """Sentences of Typer about the command line, and ours."""
@@ -149,7 +149,8 @@ def run_main(main: Callable[..., Any], name: str | None = None, *, program: str 
 def sentence(error: Exception) -> str:
     """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
-        return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
+        named = f"the file must be accessible; received {error.filename} ({error.strerror})"
+        return shortened(named if error.filename else error.strerror, LONGEST)
     quantities, must, rest = str(error).partition(" must ")
     # A row of a table has columns, not options.
     if must and " in row " not in rest and re.fullmatch(r"\w+((, | and )\w+)*", quantities):

@@ -21,7 +21,9 @@ from bem.cli.arguments import (
     Text,
     by_force,
     entry_of,
+    in_contact,
     in_output,
+    in_protocol,
     option,
     panel,
     parse_material,
@@ -29,12 +31,12 @@ from bem.cli.arguments import (
     write,
 )
 
-of_curve, of_model, of_solid = map(panel, ("Measured curve", "Model", "Solid and adhesion"))
+of_curve, of_model = map(panel, ("Measured curve", "Model"))
 MODEL = "Model to fit; auto takes the simplest that describes the curve."
-STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none, or the file's own."
-Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
+STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none"
+Radius = Annotated[str, in_contact("Radius of the sphere, e.g. 50um; a plain number is in m.")]
 Speed = Annotated[Text, of_curve("Speed of the stage, e.g. 2um/s, for files without time.")]
-Stiffness = Annotated[Text, option(STIFFNESS)]
+Stiffness = Annotated[Text, of_curve(f"{STIFFNESS}, or the file's own.")]
 Sensitivity = Annotated[Text, of_curve("Deflection per volt, e.g. 50nm/V, for AFM files that hold volts.")]
 ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], of_model(MODEL)]
 Segment = Annotated[Literal["approach", "retract", "both"], of_model("Part of the curve that is fitted.")]
@@ -46,21 +48,21 @@ FileSign = Annotated[
     of_curve("Which force of the file is positive; by default compression, or as the file says."),
 ]
 Poisson = Annotated[
-    float | None, of_solid("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
+    float | None, in_contact("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
-Gap = Annotated[Text, of_solid("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
-Modulus = Annotated[Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
+Gap = Annotated[Text, in_contact("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
+Modulus = Annotated[Text, in_contact("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
 START = "Indentation at the start and the end; by default just out of contact."
 TIMES = "Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle."
 FORCES = "Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign."
-LARGEST = "Above this Tabor parameter an effective, longer gap is simulated, as a film needs; by default none is."
+LARGEST = "Above this Tabor parameter use an effective, longer gap, as a film needs; by default never."
 ForceSign = Annotated[Literal["tension", "compression"], option("Which force is positive.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
 ANGLE = "Angle between a cone and its axis, in degrees; --radius is then that of its apex."
 HELD_BY_FREE = "used where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
-    "Solid, whose modulus ratio is used where --free leaves it out. A Prony series is never fitted; its times are in "
-    "seconds unless --retardation-time gives their unit."
+    "Its modulus ratio is used where --free leaves it out. A Prony series is never fitted; its times are in seconds "
+    "unless --retardation-time gives their unit."
 )
 
 
@@ -76,26 +78,26 @@ class UnitGroup(Commands):
 
 def simulate_si(
     radius: Radius,
-    work_of_adhesion: Annotated[str, option("e.g. 50mJ/m2; a plain number is in J/m2.")],
+    work_of_adhesion: Annotated[str, in_contact("Work of adhesion, e.g. 50mJ/m2; a plain number is in J/m2.")],
     modulus: Modulus = None,
-    peak_indentation: Annotated[Text, option("e.g. 1um.")] = None,
-    loading_rate: Annotated[Text, option("Speed of approach, e.g. 2um/s.")] = None,
-    unloading_rate: Annotated[Text, option("Speed of withdrawal, e.g. 2um/s.")] = None,
-    dwell_time: Annotated[str, option("Time at the peak, e.g. 0.5s.")] = "0",
-    start_indentation: Annotated[Text, option(START)] = None,
-    times: Annotated[Text, option(TIMES)] = None,
-    forces: Annotated[Text, option(FORCES)] = None,
-    stiffness: Stiffness = None,
+    peak_indentation: Annotated[Text, in_protocol("Indentation held during the dwell, e.g. 1um.")] = None,
+    loading_rate: Annotated[Text, in_protocol("Speed of approach, e.g. 2um/s.")] = None,
+    unloading_rate: Annotated[Text, in_protocol("Speed of withdrawal, e.g. 2um/s.")] = None,
+    dwell_time: Annotated[str, in_protocol("Time at the peak, e.g. 0.5s.")] = "0",
+    start_indentation: Annotated[Text, in_protocol(START)] = None,
+    times: Annotated[Text, in_protocol(TIMES)] = None,
+    forces: Annotated[Text, in_protocol(FORCES)] = None,
+    stiffness: Annotated[Text, in_contact(f"{STIFFNESS}.")] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, option("Unit of the material's times, e.g. 100ms.")] = None,
+    retardation_time: Annotated[Text, in_contact("Unit of the material's times, e.g. 100ms.")] = None,
     material: Material = "elastic",
-    largest_tabor: Annotated[Number, option(LARGEST)] = None,
+    largest_tabor: Annotated[Number, in_contact(LARGEST)] = None,
     force_sign: ForceSign = "tension",
     accuracy: Accuracy = "standard",
-    as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
-    csv: Annotated[File, option("Write time, indentation, force and contact radius in SI here.")] = None,
-    plot: Annotated[File, option(f"Draw the curve here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
+    as_json: Annotated[bool, in_output("Print summary and arrays in SI as JSON.", "--json")] = False,
+    csv: Annotated[File, in_output("Write time, indentation, force and contact radius in SI here.")] = None,
+    plot: Annotated[File, in_output(f"Draw the curve here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
     filmstrip: arguments.Filmstrip = None,
     animate: arguments.Animate = None,
 ) -> None:
@@ -192,12 +194,12 @@ def fit(
     thickness: Thickness = None,
     half_angle: Annotated[float | None, of_model(ANGLE)] = None,
     free: Annotated[Text, of_model("Parameters to fit, separated by commas; by default all of the model.")] = None,
-    modulus: Annotated[Text, of_solid(f"Relaxed Young's modulus, e.g. 2MPa; {HELD_BY_FREE}")] = None,
-    work_of_adhesion: Annotated[Text, of_solid(f"Work of adhesion, e.g. 50mJ/m2; {HELD_BY_FREE}")] = None,
+    modulus: Annotated[Text, in_contact(f"Relaxed Young's modulus, e.g. 2MPa; {HELD_BY_FREE}")] = None,
+    work_of_adhesion: Annotated[Text, in_contact(f"Work of adhesion, e.g. 50mJ/m2; {HELD_BY_FREE}")] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, of_solid(f"Retardation time, e.g. 100ms; {HELD_BY_FREE}")] = None,
-    material: Annotated[str, of_solid(f"{SOLID} {MATERIAL_HELP[0].upper()}{MATERIAL_HELP[1:]}")] = "elastic",
+    retardation_time: Annotated[Text, in_contact(f"Retardation time, e.g. 100ms; {HELD_BY_FREE}")] = None,
+    material: Annotated[str, in_contact(f"{MATERIAL_HELP} {SOLID}")] = "elastic",
     accuracy: Accuracy = "standard",
     out: Annotated[File, in_output("Write values, intervals and correlations here (.json).")] = None,
     plot: Annotated[File, in_output("Draw measurement, fit and residuals here (.png, .pdf, .svg).")] = None,

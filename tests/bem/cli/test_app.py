@@ -149,10 +149,10 @@ def test_materials_have_words(text, material):
         (command(csv="/nowhere/at/all/force.csv"), "the output file must lie in a directory that exists; received"),
         (command(csv="-"), "the output file must have a name, since standard output is for the summary; received -"),
         *((command(plot=name), "the output file must be called .png") for name in ("loop", "-")),
-        (["--times", "0,1"], "times and forces must be given together; received times alone"),
-        (["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], "received both, loading_rate and forces"),
+        (["--times", "0,1"], "--times and --forces must be given together; received --times alone"),
+        (["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], "received --loading-rate and --forces"),
         (["--times", "0,x", "--forces", "0,1"], "times must be numbers separated by commas; received '0,x'"),
-        (["--loading-rate", "1"], "peak_indentation, unloading_rate must be given, or times and forces"),
+        (["--loading-rate", "1"], "--peak-indentation, --unloading-rate must be given, or --times and --forces"),
     ],
 )
 def test_mistake_sentence_has_the_value(arguments, message):

@@ -162,7 +162,7 @@ def test_forces_in_place_of_a_cycle(tmp_path):
     assert "pull-off force (tension)   none" in simulated(**held).output
     assert "are the units right?" in simulated(**held, modulus="20").output
     refused = CliRunner().invoke(app, ["simulate-si", *options(CONTACT | {"times": "0,1"})])
-    assert "times and forces must be given together" in str(refused.exception)
+    assert "--times and --forces must be given together" in str(refused.exception)
 
 
 def afm_map(path):
