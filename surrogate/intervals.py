@@ -1,7 +1,8 @@
 """Intervals of the scalars and bands of the curve of a model of any linear solid, calibrated on the converged solver.
 
 The size of an error is expected from the features, by a polynomial fitted to trajectories of the training's accuracy;
-that of a curve is the root mean square over its steps, and how its errors are spread over the steps is told by a shape.
+those of a curve are the root mean square over its steps and, over the shape that tells how errors are spread over the
+steps, the largest.
 Trajectories of the calibration, computed at accuracy 1e-3, are divided into groups of like expected error, and by the
 kind of their solid: few retardation times that lie close together, times far apart, many, or none. In each group a
 quantile of the errors over the expected ones gives the interval its half-width (Mondrian, normalised conformal
@@ -32,6 +33,8 @@ DENSE = 1.3
 KINDS = ("few times close together", "times far apart", "many times", "elastic")
 BANDS = ("force", "curve")
 """Bands of the curve: at each step by itself, and of all steps at once."""
+STEP = -len(BANDS)
+"""Column of the first of them."""
 _LEAST = 1e-5  # added to errors before their logarithm is taken
 
 
@@ -50,11 +53,11 @@ class SolidIntervals:
     """What is known of the errors of the targets of stage one, and of the curve where stage two learns it.
 
     Args:
-        expected: Polynomial of the logarithms of their expected sizes, the curve last.
-        edges: Expected sizes that divide the groups, shape (targets + 1, GROUPS - 1).
-        shape: Errors of the curve at each step over the expected one, by group, shape (GROUPS, steps).
-        quantiles: Of errors over expected ones, and over the shape for both `BANDS`, shape
-            (kinds, targets + 2, GROUPS, len(LEVELS)).
+        expected: Polynomial of the logarithms of their expected sizes; after the targets, those of both `BANDS`.
+        edges: Expected sizes that divide the groups, shape (targets + 2, GROUPS - 1).
+        shape: Errors of the curve at each step over the expected one, by group of the first band, shape
+            (GROUPS, steps).
+        quantiles: Of errors over expected ones, shape (kinds, targets + 2, GROUPS, len(LEVELS)).
     """
 
     expected: Polynomial
@@ -71,24 +74,32 @@ class SolidIntervals:
             errors: Of the targets, shape (batch, targets).
             curve_errors: Of the curve, shape (batch, steps).
         """
-        sizes = np.column_stack([np.abs(errors), np.sqrt(np.mean(curve_errors**2, axis=1))])
-        expected = Polynomial.fit(features, np.log(sizes + _LEAST))
-        edges = np.quantile(expected(features), np.arange(1, GROUPS) / GROUPS, axis=0).T
-        quantiles = np.full((len(KINDS), errors.shape[1] + len(BANDS), GROUPS, len(LEVELS)), UNSEEN)
-        own = cls(expected, edges, np.ones((GROUPS, curve_errors.shape[1])), quantiles)
+        overall = np.sqrt(np.mean(curve_errors**2, axis=1, keepdims=True))
+        own = cls._of_sizes(features, np.column_stack([np.abs(errors), overall]), np.ones((GROUPS, 1)))
         sizes, groups = own._judged(features)
         ratios = np.abs(curve_errors) / sizes[:, -1:]
         shape = np.stack([np.quantile(ratios[groups[:, -1] == group], 0.9, axis=0) for group in range(GROUPS)])
-        return replace(own, shape=np.maximum(shape, _LEAST))
+        shape = np.maximum(shape, _LEAST)
+        largest = (np.abs(curve_errors) / shape[groups[:, -1]]).max(axis=1)
+        return cls._of_sizes(features, np.column_stack([np.abs(errors), overall, largest]), shape)
+
+    @classmethod
+    def _of_sizes(cls, features: np.ndarray, sizes: np.ndarray, shape: np.ndarray) -> SolidIntervals:
+        expected = Polynomial.fit(features, np.log(sizes + _LEAST))
+        edges = np.quantile(expected(features), np.arange(1, GROUPS) / GROUPS, axis=0).T
+        return cls(expected, edges, shape, np.full((len(KINDS), sizes.shape[1], GROUPS, len(LEVELS)), UNSEEN))
 
     def calibrated(
         self, features: np.ndarray, kinds: np.ndarray, errors: np.ndarray, curve_errors: np.ndarray
     ) -> SolidIntervals:
         """Take the quantiles of each kind that is among `kinds` (batch,); the other arguments are those of `fit`."""
         sizes, groups = self._judged(features)
-        curve = np.abs(curve_errors) / sizes[:, -1:] / self.shape[groups[:, -1]]
-        ratios = [*(np.abs(errors) / sizes[:, :-1]).T, curve, curve.max(axis=1)]
-        groups = self._with_bands(groups)
+        curve = np.abs(curve_errors) / self.shape[groups[:, STEP]]
+        ratios = [
+            *(np.abs(errors) / sizes[:, :STEP]).T,
+            curve / sizes[:, STEP, np.newaxis],
+            curve.max(axis=1) / sizes[:, -1],
+        ]
         quantiles = self.quantiles.copy()
         for kind in np.unique(kinds):
             for row, values in enumerate(ratios):
@@ -109,23 +120,17 @@ class SolidIntervals:
         right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
         share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         table = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
-        rows = self._with_bands(groups)
-        half = self._with_bands(sizes) * table[kinds[:, np.newaxis], np.arange(rows.shape[1]), rows]
-        return half, self.shape[groups[:, -1]]
+        half = sizes * table[kinds[:, np.newaxis], np.arange(sizes.shape[1]), groups]
+        return half, self.shape[groups[:, STEP]]
 
     def groups(self, features: np.ndarray) -> np.ndarray:
-        """Numbers of the groups of expected error, (batch, targets + 1)."""
+        """Numbers of the groups of expected error, (batch, targets + 2)."""
         return self._judged(features)[1]
 
     def _judged(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         sizes = self.expected(features)
         groups = np.stack([np.searchsorted(edge, size) for edge, size in zip(self.edges, sizes.T, strict=True)], axis=1)
         return np.exp(sizes), groups
-
-    @staticmethod
-    def _with_bands(columns: np.ndarray) -> np.ndarray:
-        """Columns of the targets and the curve, the latter once for each of `BANDS`."""
-        return np.column_stack([columns, *[columns[:, -1]] * (len(BANDS) - 1)])
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """What to store; `of_arrays` is the inverse."""

@@ -40,8 +40,8 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
     if not path.is_file():
-        what = "a directory" if path.is_dir() else "not a regular file"
-        raise ValueError(f"path must be a text or an AFM file; received {path}, which is {what}")
+        kind_of_file = "a directory" if path.is_dir() else "not a regular file"
+        raise ValueError(f"path must be a text or an AFM file; received {path}, which is {kind_of_file}")
     try:
         import afmformats
     except ImportError as error:
@@ -54,16 +54,16 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             with ZipFile(path) if is_zipfile(path) else nullcontext() as archive:
-                size = sum(part.file_size for part in archive.infolist()) if archive else path.stat().st_size
+                size = sum(member.file_size for member in archive.infolist()) if archive else path.stat().st_size
             if size > _MOST_BYTES:
                 raise ValueError(f"{size} bytes, more than {_MOST_BYTES}")
             values = {"spring constant": stiffness, "sensitivity": sensitivity}
-            given = {name: value for name, value in values.items() if value is not None}
+            overrides = {name: value for name, value in values.items() if value is not None}
             try:
-                curves = afmformats.load_data(path, meta_override=dict(given))
+                curves = afmformats.load_data(path, meta_override=dict(overrides))
             except NotImplementedError:  # some of its readers take none
                 curves = afmformats.load_data(path)
-            return [_converted(curve, given, path) for curve in curves]
+            return [_converted(curve, overrides, path) for curve in curves]
     except InstrumentError:
         raise
     # Its own errors are no `Exception`, and each of its readers raises others.
@@ -79,14 +79,14 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
         ) from error
 
 
-def _converted(curve: Any, given: Mapping[str, float], path: Path) -> RawCurve:
+def _converted(curve: Any, overrides: Mapping[str, float], path: Path) -> RawCurve:
     names = ("force", "time", *_HEIGHTS, "tip position")
     columns = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
     if "force" not in columns:
         raise InstrumentError(f"the AFM file must have a force; received {path} with {sorted(columns)}")
     spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
-    spring = given.get("spring constant", spring)
-    for name, value in given.items():
+    spring = overrides.get("spring constant", spring)
+    for name, value in overrides.items():
         columns["force"] = columns["force"] * (value / float(curve.metadata.get(name) or value))
     quantities: dict[str, FloatArray] = {name: columns[name] for name in ("force", "time") if name in columns}
     heights = [columns[name] for name in _HEIGHTS if name in columns]

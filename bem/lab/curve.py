@@ -133,12 +133,12 @@ class ForceCurve(Tabular):
             None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
             for name, value in (("stiffness", stiffness), ("speed", speed), ("sensitivity", sensitivity))
         )
-        parts = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
-        if not parts:
+        names = [path] if isinstance(path, str | Path) else instance("path", path, (str, Path, list, tuple))
+        if not names:
             raise ValueError("path must name at least one file; received none")
-        paths = [Path(instance("path", part, (str, Path))) for part in parts]
+        paths = [Path(instance("path", file_name, (str, Path))) for file_name in names]
         where = " and ".join(map(str, paths))
-        if len({part.resolve() for part in paths}) < len(paths):
+        if len({file_name.resolve() for file_name in paths}) < len(paths):
             raise ValueError(f"the files of one curve must be different; received {where}")
         curves, sign = raw_curves(paths, spring, force_sign, columns or {}, volts)
         if number is None and len(curves) > 1:
@@ -189,8 +189,8 @@ class ForceCurve(Tabular):
         """The curve with its indentation counted from `contact_point` (m) and its force from `force_offset` (N)."""
         shift = {"indentation": contact_point, "stage": contact_point}
         shift |= dict.fromkeys(("force", *_BAND), force_offset)
-        known = {name: getattr(self, name) - by for name, by in shift.items() if getattr(self, name) is not None}
-        return dataclasses.replace(self, **known)
+        columns = {name: getattr(self, name) - by for name, by in shift.items() if getattr(self, name) is not None}
+        return dataclasses.replace(self, **columns)
 
     def contact(self) -> Contact:
         """Baseline, noise and contact point, as the approach shows them; see `bem.lab.contact_point`."""
@@ -198,8 +198,8 @@ class ForceCurve(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
-        known = {name: Column(getattr(self, name), unit) for name, unit in _UNITS.items()}
-        return {name: column for name, column in known.items() if column.values is not None}
+        columns = {name: Column(getattr(self, name), unit) for name, unit in _UNITS.items()}
+        return {name: column for name, column in columns.items() if column.values is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
@@ -234,8 +234,8 @@ class ForceCurve(Tabular):
         corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
         at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
         largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
-        words = f"{top_label(self.detached)} {largest}"
-        top = Top(self.time[at], self.indentation[at], self.force[at], words, bool(self.detached))
+        label = f"{top_label(self.detached)} {largest}"
+        top = Top(self.time[at], self.indentation[at], self.force[at], label, bool(self.detached))
         labels = {"time": f"time{STRETCHED * (len(corners) > 2)}", "indentation": "indentation"}
         labels |= {"force": f"force, {self.force_sign} positive"}
         band = None if self.force_lower is None or self.force_upper is None else (self.force_lower, self.force_upper)
@@ -256,6 +256,6 @@ class ForceCurve(Tabular):
 
         titles = {"force": self.force_sign if self.force_sign == "tension" else "force"}
         columns = {f"{titles.get(n, n)} ({column.unit})": column.values for n, column in self.columns().items()}
-        with whole_file(path) as part:
+        with whole_file(path) as temporary:
             table = np.column_stack(list(columns.values()))
-            np.savetxt(part, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+            np.savetxt(temporary, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")

@@ -76,15 +76,15 @@ def column_of(title: str) -> tuple[str, str, str]:
     if match is None:
         return "", "", ""
     name, unit = match[1].lower(), next((group.strip() for group in match.groups()[1:] if group), "")
-    name, part = re.sub(r"[\s_\-.]+", "_", name).strip("_"), ""
+    name, segment = re.sub(r"[\s_\-.]+", "_", name).strip("_"), ""
     for which, words in PARTS.items():
         for word in words:
             if re.search(rf"(?:^|_){word}(?:_|$)", name):
-                name, part = re.sub(rf"(?:^|_){word}(?=_|$)", "", name).strip("_"), which
+                name, segment = re.sub(rf"(?:^|_){word}(?=_|$)", "", name).strip("_"), which
     if not any(name in table for table in EXPORTERS.values()) and not unit:
         # The unit is the last piece of the title, or the last before a word such as Ex.
         pieces = [
             piece for piece in re.split(r"[\s_]+", match[1].strip()) if piece.lower() not in sum(PARTS.values(), ())
         ]
         name, unit = "_".join(pieces[:-1]).lower(), pieces[-1] if pieces else ""
-    return name, unit, part
+    return name, unit, segment

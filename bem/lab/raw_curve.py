@@ -95,8 +95,8 @@ def _check_sign(path: FloatArray, compression: FloatArray, force_sign: ForceSign
         together = depth @ tension > 0.8 * np.linalg.norm(depth) * np.linalg.norm(tension) > 0.0
         agree.append(together and np.count_nonzero(deep) >= 3)
     if all(agree):
-        other = "compression" if force_sign == "tension" else "tension"
+        opposite = "compression" if force_sign == "tension" else "tension"
         raise ValueError(
             f"the tension in {where} grows with depth, which no contact does; the file was read with "
-            f"force_sign={force_sign!r} and should be {other!r}"
+            f"force_sign={force_sign!r} and should be {opposite!r}"
         )

@@ -40,8 +40,8 @@ def raw_curves(
         try:
             if len(paths) == 1 and (curves := load_afm(paths[0], stiffness, sensitivity)):
                 return curves, force_sign or "compression"
-        except InstrumentError as other:
-            raise ValueError(f"{error}; as a file of an instrument: {other}") from other
+        except InstrumentError as afm_error:
+            raise ValueError(f"{error}; as a file of an instrument: {afm_error}") from afm_error
         except ValueError:
             pass
         raise
@@ -52,20 +52,20 @@ def raw_curves(
 
 def _joined(parts: Sequence[tuple[RawCurve, ForceSign]], paths: Sequence[Path]) -> tuple[RawCurve, ForceSign]:
     """The curve of text files in a row; times that begin before the last file ended are moved behind it."""
-    (first, sign), quantities = parts[0], [dict(part.quantities) for part, _ in parts]
-    for before, part, path in zip(quantities, quantities[1:], paths[1:], strict=False):
-        if set(part) != set(before):
-            raise ValueError(f"the files of one curve must have the same columns; received {path} with {listed(part)}")
-        _follow(before, part)
-    whole = {name: np.concatenate([part[name] for part in quantities]) for name in quantities[0]}
-    return replace(first, quantities=whole), sign
+    (first, sign), quantities = parts[0], [dict(table.quantities) for table, _ in parts]
+    for before, table, path in zip(quantities, quantities[1:], paths[1:], strict=False):
+        if set(table) != set(before):
+            raise ValueError(f"the files of one curve must have the same columns; received {path} with {listed(table)}")
+        _follow(before, table)
+    joined = {name: np.concatenate([table[name] for table in quantities]) for name in quantities[0]}
+    return replace(first, quantities=joined), sign
 
 
-def _follow(before: dict[str, FloatArray], part: dict[str, FloatArray]) -> None:
+def _follow(before: dict[str, FloatArray], table: dict[str, FloatArray]) -> None:
     """Move the times of a part behind those of the part before it."""
-    if "time" in part and part["time"][0] < (end := before["time"][-1]):
-        time = part["time"]
-        part["time"] = time - time[0] + end + (float(np.median(np.diff(time))) if time.size > 1 else 0.0)
+    if "time" in table and table["time"][0] < (end := before["time"][-1]):
+        time = table["time"]
+        table["time"] = time - time[0] + end + (float(np.median(np.diff(time))) if time.size > 1 else 0.0)
 
 
 def _text_curve(
@@ -75,38 +75,38 @@ def _text_curve(
     titles, units, rows, facts, dropped = table_of(path)
     exporter, parts = _named([renamed.get(title.strip(), title) for title in titles], units, rows, path)
     spring, volts = (_fact(facts, name) for name in ("stiffness", "sensitivity"))
-    for part in parts:
-        if "deflection_in_volts" in part:
+    for table in parts:
+        if "deflection_in_volts" in table:
             if (per_volt := sensitivity or volts) is None:
                 raise ValueError(f"sensitivity (m/V; --sensitivity) must be given for volts; received {path} without")
-            part["deflection"] = part.pop("deflection_in_volts") * per_volt
+            table["deflection"] = table.pop("deflection_in_volts") * per_volt
         elif sensitivity is not None:
             raise ValueError(f"sensitivity turns volts into a force; received {path}, which has no volts")
-        if "force" not in part and "tension" not in part:
-            if "deflection" not in part or (constant := stiffness or spring) is None:
+        if "force" not in table and "tension" not in table:
+            if "deflection" not in table or (constant := stiffness or spring) is None:
                 needed = "a column force, such as 'force (nN)', or a deflection and the spring constant (--stiffness)"
-                raise ValueError(f"a force curve must have {needed}; received {path} with {listed(part)}")
-            part["force"] = part["deflection"] * constant
+                raise ValueError(f"a force curve must have {needed}; received {path} with {listed(table)}")
+            table["force"] = table["deflection"] * constant
         elif stiffness and spring:
-            name = "force" if "force" in part else "tension"
-            part[name] = part[name] * (stiffness / spring)
-        part.pop("deflection", None)
+            name = "force" if "force" in table else "tension"
+            table[name] = table[name] * (stiffness / spring)
+        table.pop("deflection", None)
     sign: ForceSign = "tension" if "tension" in parts[0] else "compression"
-    for part in parts:
+    for table in parts:
         if sign == "tension":
-            part["force"] = -part.pop("tension")
+            table["force"] = -table.pop("tension")
     if "z" in parts[0]:
         towards = _grows(parts[0]["z"], parts[0]["force"])
-        for part in parts:
-            part["displacement"] = part.pop("z") * (1.0 if towards else -1.0)
+        for table in parts:
+            table["displacement"] = table.pop("z") * (1.0 if towards else -1.0)
     if len(parts) > 1:
-        place = next(
+        position = next(
             (name for name in ("displacement", "height", "indentation", "separation") if name in parts[0]), None
         )
-        if place and "time" not in parts[1] and _away(parts, place):
+        if position and "time" not in parts[1] and _away(parts, position):
             parts[1] = {name: values[::-1] for name, values in parts[1].items()}
         _follow(*parts[:2])
-    quantities = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    quantities = {name: np.concatenate([table[name] for table in parts]) for name in parts[0]}
     if quantities["force"].size < 2:
         raise ValueError(f"a file must have a header and at least two rows of numbers; received {path}")
     notes = [f"Columns of {exporter}: {listed(quantities)}."]
@@ -115,15 +115,15 @@ def _text_curve(
     return RawCurve(quantities, used, notes=tuple(notes)), sign
 
 
-def _grows(place: FloatArray, compression: FloatArray) -> bool:
+def _grows(position: FloatArray, compression: FloatArray) -> bool:
     """Whether the larger half of the forces lies at the larger places."""
     strong = np.abs(compression - np.median(compression)) > 0.5 * np.abs(compression - np.median(compression)).max()
-    return bool(place[strong].mean() > place.mean())
+    return bool(position[strong].mean() > position.mean())
 
 
-def _away(parts: Sequence[Mapping[str, FloatArray]], place: str) -> bool:
+def _away(parts: Sequence[Mapping[str, FloatArray]], position: str) -> bool:
     """Whether a retraction is stored from its far end on: that end is nearer to the start of the approach."""
-    turn, begin, end = parts[0][place][-1], parts[1][place][0], parts[1][place][-1]
+    turn, begin, end = parts[0][position][-1], parts[1][position][0], parts[1][position][-1]
     return bool(abs(begin - turn) > abs(end - turn))
 
 
@@ -141,14 +141,14 @@ def _named(
 ) -> tuple[str, list[dict[str, FloatArray]]]:
     """The exporter that knows most titles, and the columns in SI, of one part or of approach and retraction."""
     parsed = [column_of(title) for title in titles]
-    known = {exporter: [name in table for name, _, _ in parsed].count(True) for exporter, table in EXPORTERS.items()}
-    exporter = max(EXPORTERS, key=lambda each: (known[each], each == "generic"))
+    matches = {exporter: [name in table for name, _, _ in parsed].count(True) for exporter, table in EXPORTERS.items()}
+    exporter = max(EXPORTERS, key=lambda title: (matches[title], title == "generic"))
     table = EXPORTERS["generic"] | EXPORTERS[exporter]
     parts: dict[str, dict[str, FloatArray]] = {}
-    for number, (name, unit, part) in enumerate(parsed):
+    for number, (name, unit, segment) in enumerate(parsed):
         quantity, usual = table.get(name, ("", ""))
         unit = unit or (units[number] if number < len(units) else "") or usual
-        columns = parts.setdefault(part, {}) if quantity else {}
+        columns = parts.setdefault(segment, {}) if quantity else {}
         if not quantity or (quantity in columns and exporter != "generic"):
             continue
         title = f"column {shown(titles[number])} of {path}"
@@ -161,16 +161,16 @@ def _named(
             continue
         dimension = {"time": "time", "force": "force", "tension": "force"}.get(quantity, "length")
         columns[quantity] = factor(title, unit, dimension) * rows[:, number]
-    ordered = [parts[part] for part in ("", *PARTS) if part in parts]
+    ordered = [parts[segment] for segment in ("", *PARTS) if segment in parts]
     if not any(ordered):
         raise ValueError(
             f"a force curve must have a column force, such as 'force (nN)'; received {path} with no column of a known "
             "name"
         )
     if len(ordered) > 1 and "" in parts:  # columns that both parts share, such as a place
-        ordered = [parts[""] | part for part in ordered[1:]]
+        ordered = [parts[""] | segment for segment in ordered[1:]]
     # Paired columns of unequal length are filled up with nothing.
-    finite = [np.all([np.isfinite(values) for values in part.values()], axis=0) for part in ordered]
+    finite = [np.all([np.isfinite(values) for values in segment.values()], axis=0) for segment in ordered]
     return exporter, [
-        {name: values[keep] for name, values in part.items()} for part, keep in zip(ordered, finite, strict=True)
+        {name: values[keep] for name, values in segment.items()} for segment, keep in zip(ordered, finite, strict=True)
     ]

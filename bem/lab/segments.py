@@ -48,7 +48,7 @@ class Segments:
         return text
 
 
-def segments_of(time: FloatArray, place: FloatArray, compression: FloatArray, first: int) -> Segments:
+def segments_of(time: FloatArray, position: FloatArray, compression: FloatArray, first: int) -> Segments:
     """Find the segments of a curve.
 
     Args:
@@ -60,14 +60,14 @@ def segments_of(time: FloatArray, place: FloatArray, compression: FloatArray, fi
     Raises:
         ValueError: the curve has several cycles; the sentence names the instants between them.
     """
-    _require_one_cycle(time, place, first)
-    by_place, by_force = _plateau(place), tuple(first + n for n in _plateau(compression[first:]))
-    lengths = [time[end] - time[begin] for begin, end in (by_place, by_force)]
+    _require_one_cycle(time, position, first)
+    by_position, by_force = _plateau(position), tuple(first + n for n in _plateau(compression[first:]))
+    lengths = [time[end] - time[begin] for begin, end in (by_position, by_force)]
     pressed = float(compression.max() - np.median(compression[: max(first, 1)])) > 0.3 * float(np.ptp(compression))
     in_force = pressed and lengths[1] > _LONGER * lengths[0] and by_force[1] - by_force[0] >= 5
-    top, leaves = by_force if in_force else by_place
+    top, leaves = by_force if in_force else by_position
     held = time[leaves] - time[top] > _PAUSE * (time[-1] - time[0]) and leaves - top >= 5
-    pauses = [(begin, end) for begin, end in _still(time, place) if end < time[top] or begin > time[leaves]]
+    pauses = [(begin, end) for begin, end in _still(time, position) if end < time[top] or begin > time[leaves]]
     begun = float(time[0])
     return Segments(
         int(top),
@@ -84,30 +84,30 @@ def _plateau(values: FloatArray) -> tuple[int, int]:
     return int(near[0]), int(near[-1])
 
 
-def _still(time: FloatArray, place: FloatArray) -> list[tuple[float, float]]:
+def _still(time: FloatArray, position: FloatArray) -> list[tuple[float, float]]:
     """Instants between which a path stands still."""
-    instants, places = straight_lines(time, place)
-    allowed = max(_PLATEAU * float(np.ptp(place)), _LOUD * noise_of(place))
+    instants, positions = straight_lines(time, position)
+    allowed = max(_PLATEAU * float(np.ptp(position)), _LOUD * noise_of(position))
     pauses: list[tuple[float, float]] = []
-    for begin, end, low, high in zip(instants, instants[1:], places, places[1:], strict=False):
+    for begin, end, low, high in zip(instants, instants[1:], positions, positions[1:], strict=False):
         if abs(high - low) < allowed and end - begin > _PAUSE * instants[-1] and begin > 0.0:
             pauses.append((float(begin + time[0]), float(end + time[0])))
     return pauses
 
 
-def _require_one_cycle(time: FloatArray, place: FloatArray, first: int) -> None:
+def _require_one_cycle(time: FloatArray, position: FloatArray, first: int) -> None:
     """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
-    depth = np.maximum(place, place[first])
-    least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(place))
+    depth = np.maximum(position, position[first])
+    least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(position))
     turn, rises, tops = 0, False, []
-    for n, here in enumerate(depth):
-        if (here > depth[turn]) == rises:
+    for n, level in enumerate(depth):
+        if (level > depth[turn]) == rises:
             turn = n
-        elif abs(here - depth[turn]) > least:
+        elif abs(level - depth[turn]) > least:
             tops += [] if rises else [n]
             turn, rises = n, not rises
     if len(tops) > 1:
-        cuts = [time[a + int(np.argmin(place[a:b]))] for a, b in itertools.pairwise(tops)]
+        cuts = [time[a + int(np.argmin(position[a:b]))] for a, b in itertools.pairwise(tops)]
         raise ValueError(
             f"a force curve must approach and retract once; received {len(tops)} cycles: cut it at "
             f"{', '.join(readable(float(cut), 's') for cut in cuts)} and fit one of them"

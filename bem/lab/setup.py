@@ -17,7 +17,7 @@ parameter is `largest_tabor`.
 - In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
   it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
   the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
-  it. `Setup.range_sensitivity` measures how much, and `Setup.simulate` warns.
+  it. `Setup.simulate` and `Setup.predict` warn.
 """
 
 from __future__ import annotations
@@ -35,14 +35,7 @@ from bem._support.wording import shown
 from bem.lab.curve import ForceCurve
 from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
 from bem.problem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.problem.protocol import (
-    ForceProtocol,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    Protocol,
-    default_start_indentation,
-    history_of,
-)
+from bem.problem.protocol import ForceProtocol, LoadingProtocol, Protocol, default_start_indentation
 from bem.problem.scene import LARGEST_TABOR, Scene
 
 INTERATOMIC_GAP = 0.3e-9
@@ -50,11 +43,6 @@ INTERATOMIC_GAP = 0.3e-9
 
 EFFECTIVE_TABOR = 3.0
 """Tabor parameter of an effective range, at which a mesh resolves the edge of the contact."""
-
-SENSITIVE = 0.05
-"""Relative change of the pull-off force, for an effective range `LONGER` times longer, above which a setup warns."""
-
-LONGER = 1.5
 
 _QUANTITIES = {
     "radius": "length",
@@ -69,7 +57,7 @@ _OPTIONAL = ("retardation_time", "stiffness", "thickness")
 
 
 class EffectiveRangeWarning(UserWarning):
-    """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
+    """A viscoelastic contact at an effective range of adhesion, which stands in for one too short to resolve."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,14 +263,12 @@ class Setup:
         accuracy: str | float = "standard",
         *,
         force_sign: ForceSign = "tension",
-        check_range: bool = True,
     ) -> ForceCurve:
         """Simulate a protocol of `protocol(...)` or `force_protocol(...)` and give the force curve in SI.
 
         Args:
             protocol, accuracy: as for `bem.simulate`.
             force_sign: which force is positive. Adhesion is tension; laboratories often count compression.
-            check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
 
         Returns:
             The force curve, in m, N and s, with forces in the sign `force_sign`.
@@ -297,7 +283,7 @@ class Setup:
         trajectory = simulate(self.scene(), protocol, accuracy)
         if not trajectory.completed:
             raise RuntimeError(f"the simulation did not complete: {trajectory.status}")
-        return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
+        return self._in_si(trajectory, force_sign)
 
     def predict(
         self,
@@ -306,21 +292,20 @@ class Setup:
         *,
         coverage: float = 0.9,
         force_sign: ForceSign = "tension",
-        check_range: bool = True,
     ) -> ForceCurve:
         """Predict what `simulate` would, with a surrogate: `setup.predict(protocol, "accurate")`.
 
         Args:
             protocol: of `protocol(...)`.
             model: a loaded surrogate, or the name of one, which is then loaded for this call.
-            coverage: share of true forces that the bands of the curve are to contain, of a model that has some.
-            force_sign, check_range: as for `simulate`.
+            coverage: share of true forces that the band of the curve is to contain, of a model that has one.
+            force_sign: as for `simulate`.
 
         Returns:
             The force curve, with `force_lower`, `force_upper` and `pull_off_interval` of a model with bands.
 
         Raises:
-            ValueError: an argument is invalid, or the model does not know the scene: a spring or a Prony series.
+            ValueError: an argument is invalid, or the model does not know the scene, such as one with a spring.
         """
         require_sign(force_sign)
         if isinstance(model, str):
@@ -330,17 +315,17 @@ class Setup:
                 model = package.load()(model)
         if not hasattr(model, "predict"):
             raise ValueError(f"model must be a surrogate or the name of one; received {shown(model)}")
-        trajectory = model.predict(self.scene(), protocol, coverage=coverage)
-        return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
+        # A model of the paper knows no intervals.
+        options = {"coverage": coverage} if getattr(model, "any_solid", False) else {}
+        trajectory = model.predict(self.scene(), protocol, **options)
+        return self._in_si(trajectory, force_sign)
 
-    def _in_si(self, trajectory: Any, protocol: Protocol, force_sign: ForceSign, *, check_range: bool) -> ForceCurve:
+    def _in_si(self, trajectory: Any, force_sign: ForceSign) -> ForceCurve:
         """A trajectory in SI; a warning, at the caller's caller, where it depends on the effective range."""
-        if check_range and (change := self.range_sensitivity(protocol)) > SENSITIVE:
-            what = "indentation" if isinstance(protocol, ForceProtocol) else "pull-off force"
+        if self.range_is_effective and not isinstance(self.material, Elastic):
             warnings.warn(
-                f"the {what} depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
-                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
-                f"{LONGER:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
+                f"a viscoelastic contact depends on the effective range of adhesion, {readable(self.gap, 'm')} in "
+                f"place of {readable(self.equilibrium_gap, 'm')}; a largest_tabor above {self.tabor:g} is nearer",
                 EffectiveRangeWarning,
                 stacklevel=3,
             )
@@ -359,28 +344,6 @@ class Setup:
             **extra,
         )
         return curve.with_sign(force_sign)
-
-    def range_sensitivity(self, protocol: Protocol) -> float:
-        """Relative change of the pull-off force, at draft accuracy, with an effective range 1.5 times longer.
-
-        Under a prescribed force it is that of the deepest indentation. It is zero for a range that is the equilibrium
-        gap itself.
-        """
-        from bem.simulation import simulate
-
-        if not self.range_is_effective:
-            return 0.0
-        longer = dataclasses.replace(self, largest_tabor=max(self.tabor / LONGER, 0.05))
-        history = moved = history_of(protocol, self.tabor)
-        if isinstance(history, PiecewiseLinearProtocol):
-            depths = history.indentations * self.gap / longer.gap
-            moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
-        short, long = simulate(self.scene(), history, "draft"), simulate(longer.scene(), moved, "draft")
-        if isinstance(history, ForceProtocol):
-            change = long.indentation.max() * longer.gap / (short.indentation.max() * self.gap) - 1.0
-        else:
-            change = long.pull_off_force / short.pull_off_force - 1.0
-        return abs(change) if np.isfinite(change) else np.inf
 
     def replaced(self, **changes: Any) -> Setup:
         """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""

@@ -56,9 +56,9 @@ def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, st
             dropped += 1
     table = np.array(rows)
     several = any(column_of(title)[2] for title in titles)
-    known = [n for n, title in enumerate(titles[:count]) if title]
-    whole = np.isfinite(table[:, known]).all(axis=1) | several
-    return titles, units, table[whole], facts, dropped + int(np.count_nonzero(~whole))
+    titled = [n for n, title in enumerate(titles[:count]) if title]
+    complete = np.isfinite(table[:, titled]).all(axis=1) | several
+    return titles, units, table[complete], facts, dropped + int(np.count_nonzero(~complete))
 
 
 def _first_row(lines: Sequence[str]) -> tuple[str | None, int | None]:

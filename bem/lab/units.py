@@ -88,7 +88,7 @@ def to_si(name: str, value: Any, dimension: str) -> float:
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
-    unit, wanted = DIMENSIONS[dimension]
+    unit, example = DIMENSIONS[dimension]
     if isinstance(value, str):
         with suppress(ValueError):
             return float(value)
@@ -99,7 +99,7 @@ def to_si(name: str, value: Any, dimension: str) -> float:
         with suppress(Exception):  # Pint's own errors, of whichever registry the quantity belongs to
             return float(value.to(unit or "dimensionless").magnitude)
         value = str(value)
-    raise ValueError(f"{name} must be {wanted}; received {shown(value)}")
+    raise ValueError(f"{name} must be {example}; received {shown(value)}")
 
 
 def factor(name: str, unit: str, dimension: str) -> float:
@@ -108,11 +108,11 @@ def factor(name: str, unit: str, dimension: str) -> float:
     Raises:
         ValueError: the unit is unknown or does not fit.
     """
-    si, wanted = DIMENSIONS[dimension]
+    si, example = DIMENSIONS[dimension]
     size, exponents = _measured(unit)
     if exponents != _measured(si)[1] or not 0.0 < size < math.inf:
-        kind = wanted.partition(",")[0]
-        raise ValueError(f"{name} must be {kind}, in a unit such as {si}; received the unit {shown(unit)}")
+        quantity = example.partition(",")[0]
+        raise ValueError(f"{name} must be {quantity}, in a unit such as {si}; received the unit {shown(unit)}")
     return size
 
 
@@ -140,10 +140,10 @@ def _measured(unit: str) -> tuple[float, list[int] | None]:
     size, total = 1.0, [0, 0, 0]
     for operator, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
         match = _FACTOR.fullmatch(part)
-        name = max((one for one in _UNITS if match and match[1].endswith(one)), key=len, default="")
+        name = max((candidate for candidate in _UNITS if match and match[1].endswith(candidate)), key=len, default="")
         if match is None or not name or match[1].removesuffix(name) not in _POWERS:
             return math.nan, None
         exponent = int(match[2] or 1) * (-1 if operator == "/" else 1)
         size *= (_UNITS[name][0] * 10.0 ** _POWERS[match[1].removesuffix(name)]) ** exponent
-        total = [sum_ + exponent * one for sum_, one in zip(total, _UNITS[name][1], strict=True)]
+        total = [sum_ + exponent * candidate for sum_, candidate in zip(total, _UNITS[name][1], strict=True)]
     return size, total

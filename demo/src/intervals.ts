@@ -6,7 +6,7 @@
 import { polynomial, standardised, type Arrays } from "./network";
 
 /** How far outside its range a feature may lie, in widths of it. */
-const TOLERANCE = 1e-3;
+const TOLERANCE = 0.02;
 
 /** Half-widths of the targets and, as multiples of the shape, of the force at each step and of the whole curve. */
 export function halfWidths(features: readonly number[], elastic: boolean, arrays: Arrays): { half: number[]; shape: Float64Array } {
@@ -14,11 +14,11 @@ export function halfWidths(features: readonly number[], elastic: boolean, arrays
   const sizes = [...polynomial(standardised(features, arrays), arrays["coefficients"]!)];
   const bounds = edges!.length / sizes.length;
   const groups = sizes.map((size, i) => edges!.subarray(i * bounds, (i + 1) * bounds).filter((edge) => edge < size).length);
-  const curve = sizes.length - 1;
+  const step = sizes.length - 2;
   const own = quantiles!.subarray(elastic ? quantiles!.length / 2 : 0);
-  const half = [...sizes.keys(), curve].map((i, row) => Math.exp(sizes[i]!) * own[row * (bounds + 1) + groups[i]!]!);
+  const half = sizes.map((size, i) => Math.exp(size) * own[i * (bounds + 1) + groups[i]!]!);
   const steps = shape!.length / (bounds + 1);
-  return { half, shape: shape!.subarray(groups[curve]! * steps, (groups[curve]! + 1) * steps) };
+  return { half, shape: shape!.subarray(groups[step]! * steps, (groups[step]! + 1) * steps) };
 }
 
 /** Whether the training covers the features: each by itself, and all of them together. */

@@ -5,6 +5,7 @@ anywhere inside; then all lie beyond an end, by shares that add up to the same. 
 solver's, and that of M1-concat, whose steps alone err by more, with the solver's at the same steps.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,13 +19,15 @@ from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
 from surrogate.files import PRETRAINED
-from surrogate.trajectory import PredictedTrajectory
+from surrogate.trajectory import INTERVALS, PredictedTrajectory
 from surrogate.validity import MARGIN, allowed
 
 DISTANCES = (0.0, 0.04, MARGIN)
 ENDS = tuple(f"{end} {name}" for name in RANGES for end in ("low", "high"))[:-1]  # no solid is beyond elastic
 ALL = "all"
 LEVELS = (0.5, 0.9)
+RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
+"""Those with intervals, in the order of `INTERVALS`."""
 
 
 def beyond(where: str, distance: float, count: int, seed: int) -> Hidden:
@@ -49,10 +52,27 @@ def pull_off_error(prediction: PredictedTrajectory, trajectory: Trajectory, on_s
     return 100.0 * abs(prediction.pull_off_force / force - 1.0)
 
 
+def covered_share(pairs: Sequence[tuple[PredictedTrajectory, Trajectory]], interval: str, result: str) -> float:
+    """Share of the solver's values that lie inside the intervals of a result."""
+    ends = [getattr(prediction, interval) for prediction, _ in pairs]
+    values = (getattr(trajectory, result) for _, trajectory in pairs)
+    return float(np.mean([low <= value <= high for (low, high), value in zip(ends, values, strict=True)]))
+
+
+def vertices_text(outside_ranges: Any) -> str:
+    """The coverage at the vertices of the ranges, as a sentence of the table of limits."""
+    shares = (
+        f"{', '.join(f'{100 * share:.0f}' for share in covered)} % (`{name}`)"
+        for name, covered in outside_ranges["covered at the vertices"].items()
+    )
+    return f"at the vertices the 90 % intervals of pull-off force, its time and hysteresis contain {', '.join(shares)}"
+
+
 def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     """Compare predictions of `fast`, `accurate` and M1-concat with the solver beyond each end of the ranges."""
     models = {name: surrogate.load(name) for name in (*PRETRAINED, "M1-concat")}
     quantiles: dict[str, Any] = {name: {} for name in models}
+    covered: dict[str, list[float]] = {}
     for name, model in models.items():  # which refuse nothing then
         if name in PRETRAINED:
             everywhere = {"low": np.full_like(model.reach.low, -np.inf), "high": np.full_like(model.reach.high, np.inf)}
@@ -68,10 +88,12 @@ def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
         for name, model in models.items():
             on_steps = name not in PRETRAINED
             hidden = paper if on_steps else solids
-            pairs = zip(predicted(model, name, hidden), exact[on_steps], strict=True)
+            pairs = list(zip(predicted(model, name, hidden), exact[on_steps], strict=True))
             errors = [pull_off_error(*pair, on_steps) for pair in pairs]
             quantiles[name].setdefault(where, {})[f"{distance:g}"] = np.quantile(errors, LEVELS).tolist()
-    return {"count": count, "models": quantiles}
+            if not on_steps and (where, distance) == (ALL, 0.0):
+                covered[name] = [covered_share(pairs, *results) for results in zip(INTERVALS, RESULTS, strict=True)]
+    return {"count": count, "models": quantiles, "covered at the vertices": covered}
 
 
 def page_text(outside_ranges: Any) -> str:

@@ -33,7 +33,7 @@ const BAD_LINKS = ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", 
 BAD_LINKS.push("instant=soon", "modulus_ratio=0.3&model=M1-concat", "modulus_ratio=2", "pinned=1,2", "pinned=1,2,3,4,5,soft");
 
 /** For `fast`: each quantity in its range, but a loading and an unloading of rates farther apart than any. */
-const UNLIKE = "tabor=1&peak_indentation=20&loading_rate=1000&dwell_time=0.001&unloading_rate=0.1&modulus_ratio=0.01";
+const UNLIKE = "tabor=0.2&peak_indentation=2&loading_rate=1000&dwell_time=0.001&unloading_rate=0.1&modulus_ratio=0.01";
 
 /** For `fast`: over the whole training and its corners of short steps. */
 const CASES = {

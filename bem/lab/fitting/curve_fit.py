@@ -77,7 +77,7 @@ def fit(
     if free is not None:
         model = "contact" if model == AUTO else model
         free = (free,) if isinstance(free, str) else tuple(free)
-        names = [each.name for each in (*MODELS[model].parameters, CONTACT_POINT)]
+        names = [parameter.name for parameter in (*MODELS[model].parameters, CONTACT_POINT)]
         unknown = [name for name in free if name not in (*names, *LINEAR)]
         if unknown or not set(free) & set(names):
             raise ValueError(
@@ -132,10 +132,10 @@ class _Choice:
         adhesive = [self.fitted(name) for name in _TWINS if setup.thickness is None or name not in _OFF_A_LAYER]
         for jump in self.data.jumps:
             if not jump.out:  # the sphere then touches; a search from elsewhere may end in a wrong beginning of contact
-                place = float(np.interp(jump.time, self.data.time, self.data.place))
-                adhesive = [self.fitted(each.model.name, {"contact_point": place}) for each in adhesive]
+                position = float(np.interp(jump.time, self.data.time, self.data.position))
+                adhesive = [self.fitted(candidate.model.name, {"contact_point": position}) for candidate in adhesive]
         if len(adhesive) > 1:  # where one chose wrong ends of the contact, the other may know better
-            worse, better = sorted(adhesive, key=lambda each: -each.misfit)
+            worse, better = sorted(adhesive, key=lambda candidate: -candidate.misfit)
             if worse.misfit > _RETRIED * better.misfit:
                 by_pull = 4.0 / 3.0 if better.model.name == "dmt" else 0.75  # DMT pulls by 2, JKR by 3/2 pi R w
                 adhesion = by_pull * better.values["work_of_adhesion"]
@@ -162,9 +162,9 @@ class _Choice:
         names, more = family if best.model.name in family else (), _ALIKE
         if best.model.name == "hertz":
             names, more = _TWINS, 5.0 * np.log(best.independent) - _HIDDEN
-        others = [self.fits[name] for name in names if name in self.fits and self.fits[name] is not best]
+        rivals = [self.fits[name] for name in names if name in self.fits and self.fits[name] is not best]
         least = best.criterion(best)
-        return tuple(each for each in others if self._adequate(each) and each.criterion(best) < least + more)
+        return tuple(rival for rival in rivals if self._adequate(rival) and rival.criterion(best) < least + more)
 
     def result(self, curve: ForceCurve, best: Fitted) -> FitResult:
         """The result with this fit as the best."""
@@ -176,12 +176,12 @@ class _Choice:
 
     def best(self) -> Fitted:
         """The adequate model of the lowest criterion so far; where none is adequate, the closest."""
-        closest = min(self.fits.values(), key=lambda each: each.misfit)
-        adequate = [each for each in self.fits.values() if self._adequate(each)]
+        closest = min(self.fits.values(), key=lambda candidate: candidate.misfit)
+        adequate = [candidate for candidate in self.fits.values() if self._adequate(candidate)]
         if not adequate:
             return closest
-        best = min(adequate, key=lambda each: each.criterion(closest))
-        names = [each.model.name for each in (best, *self.alike(best))]
+        best = min(adequate, key=lambda candidate: candidate.criterion(closest))
+        names = [candidate.model.name for candidate in (best, *self.alike(best))]
         if best.model.name not in _TWINS or not set(_TWINS) <= set(names):
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
@@ -197,17 +197,17 @@ class _Choice:
         if name == "contact":  # the range of adhesion is the equilibrium gap
             setup = setup.replaced(largest_tabor=HIGHEST_TABOR)
             data = dataclasses.replace(data, setup=setup)
-        known = isinstance(setup.material, PronySeries)
-        held = ("retardation_time", "modulus_ratio") if known and name in ("contact", "ting") else ()
-        nonlinear = tuple(each.name for each in (*model.parameters, CONTACT_POINT) if each.name not in held)
+        is_series = isinstance(setup.material, PronySeries)
+        held = ("retardation_time", "modulus_ratio") if is_series and name in ("contact", "ting") else ()
+        nonlinear = tuple(key.name for key in (*model.parameters, CONTACT_POINT) if key.name not in held)
         linear, start = data.linear, self._start(model.name) | dict(further or {})
-        start = {each: start[each] for each in nonlinear}
+        start = {key: start[key] for key in nonlinear}
         if self.free is not None:
             values = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
-            start |= {each: values[each] for each in nonlinear if each not in self.free and values.get(each)}
+            start |= {key: values[key] for key in nonlinear if key not in self.free and values.get(key)}
             start |= {"contact_point": 0.0} if "contact_point" not in self.free else {}
-            nonlinear = tuple(each for each in nonlinear if each in self.free)
-            linear = tuple(each for each in LINEAR if each in self.free)
+            nonlinear = tuple(key for key in nonlinear if key in self.free)
+            linear = tuple(key for key in LINEAR if key in self.free)
         problem = Regression(model, data, start, nonlinear, linear)
         if name == "contact":
             problem.options = {"jumps": data.jumps}

@@ -8,15 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.special import fdtri
 
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
-from bem.lab.fitting.regression import Fitted
+from bem.lab.fitting.regression import BLOCKS, Fitted
 
 _SURE = 0.999  # that a misfit is no chance: in sum, over blocks, and of three moduli
 _SURE_AT_CONTACT = 0.9995  # the same of the one block about the contact point
-_BLOCKS, _DEPTHS = 8, 3  # of the depth, on either way, and from which the modulus is taken
+_DEPTHS = 3  # from which the modulus is taken
 _SOLVED = 0.004  # of the range of the force, by which the solver's own error may move a block
 
 
@@ -35,32 +36,28 @@ def judge(fitted: Fitted) -> Judgement:
     """Judge one fit."""
     data, counted = fitted.problem.data, fitted.counted[: len(fitted.problem)]
     residuals = fitted.residuals[: len(fitted.problem)]
-    depth = data.place - fitted.values["contact_point"]
+    depth = data.position - fitted.values["contact_point"]
     pressed = counted & (depth > 0.0)
     if np.count_nonzero(pressed) < 2 * _DEPTHS:
         return Judgement(False, None, ("Fewer points in contact than a judgement needs.",))
     # In contact the noise may be louder than before it, such as that of the path.
     loud = max(1.0, noise_of(residuals[pressed])) ** 2
-    sure = float(fdtri(max(np.count_nonzero(counted) / data.correlated, 1.0), data.freedoms, _SURE))
     reasons = [] if fitted.converged else ["The search did not converge within its budget."]
+    white = lfilter(data.whitener, 1.0, residuals)
     # Only in contact: points before it would else lend a wrong shape the room that loud noise would need there.
-    expected = 1.0 + (loud - 1.0) * np.count_nonzero(pressed) / np.count_nonzero(counted)
-    if fitted.misfit**2 > expected * max(sure, 1.0):
+    louder = max(1.0, noise_of(white[pressed])) ** 2 - 1.0
+    expected = 1.0 + louder * np.count_nonzero(pressed) / np.count_nonzero(counted)
+    if np.mean(white[counted] ** 2) > expected * fdtri(np.count_nonzero(counted), data.quiet, _SURE):
         reasons.append(f"The residuals are {fitted.misfit:.3g} times the noise.")
-    ways = np.arange(residuals.size) > data.segments.top, np.arange(residuals.size) <= data.segments.top
-    block = np.minimum(depth / depth[pressed].max() * _BLOCKS, _BLOCKS - 1).astype(int)
-    blocks = [pressed & way & (block == number) for way in ways for number in range(_BLOCKS)]
-    hold = slice(data.segments.top, data.segments.leaves + 1)
-    blocks += [np.isin(np.arange(residuals.size), part) for part in np.array_split(np.arange(residuals.size)[hold], 4)]
-    blocks = [part for part in blocks if np.count_nonzero(part & counted) > 3]
-    if not blocks:
+    blocks = fitted.blocks[:, np.count_nonzero(fitted.blocks & counted[:, None], axis=0) > 3]
+    if not blocks.size:
         return Judgement(False, None, ("Fewer points in contact than a judgement needs.",))
-    gain, count = _gain(fitted, np.column_stack(blocks))
+    gain, count = _gain(fitted, blocks)
     variance = loud * data.correlated
     if count and gain / count > variance * fdtri(count, data.freedoms, _SURE):
         reasons.append("The residuals change with depth by more than noise.")
     # A softer layer on top hides among all blocks, and bends the force most where the contact begins.
-    begins = counted & (np.abs(depth) < depth[pressed].max() / _BLOCKS)
+    begins = counted & (np.abs(depth) < depth[pressed].max() / BLOCKS)
     gain, count = _gain(fitted, begins[:, None])
     if count and gain > variance * fdtri(1, data.freedoms, _SURE_AT_CONTACT):
         reasons.append("The force about the contact point differs by more than noise.")

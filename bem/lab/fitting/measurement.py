@@ -47,7 +47,11 @@ class Measurement(Path):
     correlated: float
     """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
     freedoms: float
-    """Independent points that `noise` and `correlated` rest on."""
+    """Independent points that `correlated` rests on."""
+    whitener: FloatArray
+    """Weights of a residual and those before it whose sum is independent noise of variance 1, by the baseline."""
+    quiet: int
+    """Independent points that `noise` and `whitener` rest on."""
     first: int
     """The first point after the baseline."""
     segments: Segments
@@ -64,7 +68,7 @@ class Measurement(Path):
     @property
     def depth(self) -> FloatArray:
         """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
-        indentation = self.place + (self.tension - self.baseline) * self.compliance
+        indentation = self.position + (self.tension - self.baseline) * self.compliance
         return indentation - indentation[self.first]
 
     @property
@@ -75,7 +79,7 @@ class Measurement(Path):
     @cached_property
     def far(self) -> np.ndarray:
         """Which points are surely out of contact: the far half of both baselines, where no neck reaches, shape (n,)."""
-        far = self.place < 0.5 * (self.place[0] + self.place[self.first])
+        far = self.position < 0.5 * (self.position[0] + self.position[self.first])
         for jump in self.jumps:
             far &= ~((self.time >= self.time[self.first]) & (self.time < jump.time))
         after = np.arange(far.size) > self.segments.leaves
@@ -97,7 +101,7 @@ class Measurement(Path):
         names = ["force_offset"]
         for name in ("tilt", "drag", "drift"):
             counted = (self.weights > 0.0) & (self.far if name == "drift" else True)
-            columns = np.column_stack([self.columns[each][counted] for each in (name, *names)])
+            columns = np.column_stack([self.columns[column][counted] for column in (name, *names)])
             columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
             own = columns[:, 0] - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=1e-9)[0]
             if columns[:, 0].size > FEWEST and np.linalg.norm(own) > (_OWN if name == "drift" else 1e-6):
@@ -124,43 +128,49 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     contact = curve.contact()
     if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
         raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
-    place, index = prescribed_path(curve, setup), contact.index
-    shaken = noise_of(place)  # noise of the path, which the contact turns into force
-    parts = segments_of(curve.time, place, -curve.tension, index)
+    position, index = prescribed_path(curve, setup), contact.index
+    shaken = noise_of(position)  # noise of the path, which the contact turns into force
+    parts = segments_of(curve.time, position, -curve.tension, index)
     starts = _bins(curve.time, parts)
     counts = np.diff(np.append(starts, len(curve)))
-    time, place, tension = (np.add.reduceat(each, starts) / counts for each in (curve.time, place, curve.tension))
+    time, position, tension = (
+        np.add.reduceat(values, starts) / counts for values in (curve.time, position, curve.tension)
+    )
     first, top, leaves = (int(np.searchsorted(starts, n, "right")) - 1 for n in (index, parts.top, parts.leaves))
     averaged = Segments(top, leaves, parts.held, parts.pauses)
     number, first = np.arange(time.size), max(first, 2)
     counted = {"both": number >= 0, "approach": number <= top, "retract": number >= leaves}[segment]
     once = np.maximum.accumulate(time + 1e-12 * np.ptp(time) * number)
-    columns = {"force_offset": np.ones(time.size), "tilt": place - place[first]}
-    columns |= {"drag": -np.gradient(place, once), "drift": time - time[first]}
-    quiet = int(_FAR * first)
+    columns = {"force_offset": np.ones(time.size), "tilt": position - position[first]}
+    columns |= {"drag": -np.gradient(position, once), "drift": time - time[first]}
+    quiet, whitener = int(_FAR * first), np.ones(1)
     noise, correlated, freedoms = noise_of(curve.tension), 1.0, float(len(curve))
-    if index >= FEWEST and quiet > 8:
-        line = np.column_stack([np.ones(quiet), place[:quiet] - place[0]][: 1 + (quiet > 16)])
-        rest = np.sqrt(counts[:quiet]) * (
+    if not (index >= FEWEST and quiet > 8):
+        quiet = len(curve)
+    else:
+        line = np.column_stack([np.ones(quiet), position[:quiet] - position[0]][: 1 + (quiet > 16)])
+        scatter = np.sqrt(counts[:quiet]) * (
             tension[:quiet] - line @ np.linalg.lstsq(line, tension[:quiet], rcond=1e-9)[0]
         )
-        noise, freedoms = float(np.std(rest)), float(max(quiet - 2, 1))
+        noise, freedoms = float(np.std(scatter)), float(max(quiet - 2, 1))
         if quiet > 2 * _SLOWEST:
             basis = np.linalg.qr(np.vander(np.arange(quiet) / quiet, 2))[0]
-            slow, freedoms = slow_noise(rest, basis)
+            slow, freedoms = slow_noise(scatter, basis)
             correlated = max(slow / max(noise**2, 1e-300), 1.0)
+            whitener = whitening(scatter)
+            whitener *= noise / max(float(np.std(lfilter(whitener, 1.0, scatter)[_ORDER:])), 1e-300)
     noise = max(noise, _EXACT * float(np.ptp(tension)) * float(np.sqrt(np.median(counts))), 1e-300)
     baseline = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
     jumps = _jumps(time, tension, top, leaves, baseline)
     # A mean over a jump is neither force; the points on either side of it do not count.
     for jump in jumps:
         counted &= ~(np.abs(number - np.searchsorted(time, jump.time) + 0.5) < 1.1)
-    pressed, depth = np.maximum(baseline - tension, 0.0), np.maximum(place - place[first], 0.0)
+    pressed, depth = np.maximum(baseline - tension, 0.0), np.maximum(position - position[first], 0.0)
     slope = 1.5 * pressed / np.maximum(depth, 0.02 * float(depth.max()) + 1e-300)
     counted = counted / np.hypot(1.0, slope * shaken / noise)
     return Measurement(
-        time, place, setup, tension, counted * np.sqrt(counts), baseline, noise, correlated, freedoms, first, averaged,
-        columns, jumps,
+        time, position, setup, tension, counted * np.sqrt(counts), baseline, noise, correlated, freedoms, whitener,
+        quiet, first, averaged, columns, jumps,
     )  # fmt: skip
 
 
@@ -230,7 +240,7 @@ def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baselin
     return tuple(jumps)
 
 
-def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
+def guess_setup(curve: ForceCurve, *, radius: Quantity, **quantities: Any) -> Setup:
     """A setup whose modulus and work of adhesion are estimated from the curve.
 
     The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus Hertz's at the deepest
@@ -250,9 +260,9 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
     pressed = max(contact.force_offset - float(np.min(curve.force)), 3.0 * contact.noise)
     depth = max(float(np.max(curve.indentation)) - contact.contact_point, 1e-12)
     pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise, 1e-6 * pressed)
-    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
-    known.setdefault("relaxed_modulus", 0.75 * 0.75 * pressed / (np.sqrt(r) * depth**1.5))
-    return Setup(radius=r, **known)
+    quantities.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
+    quantities.setdefault("relaxed_modulus", 0.75 * 0.75 * pressed / (np.sqrt(r) * depth**1.5))
+    return Setup(radius=r, **quantities)
 
 
 def hertz_line(data: Measurement) -> dict[str, float]:
@@ -263,14 +273,14 @@ def hertz_line(data: Measurement) -> dict[str, float]:
     deepest = float(depth.max())
     if not deepest > 0.0:
         raise ValueError("the sphere must move into the sample after first contact; received a curve that only leaves")
-    places = np.linspace(-0.7, 0.95, _PLACES) * deepest
-    power = np.maximum(depth - places[:, None], 0.0) ** 1.5
-    centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()
-    square, product = np.sum(centred**2, axis=1), centred @ rest
+    points = np.linspace(-0.7, 0.95, _PLACES) * deepest
+    power = np.maximum(depth - points[:, None], 0.0) ** 1.5
+    centred, tension_off_mean = power - power.mean(axis=1, keepdims=True), tension - tension.mean()
+    square, product = np.sum(centred**2, axis=1), centred @ tension_off_mean
     best = int(np.argmax(np.where(product < 0.0, product**2, 0.0) / np.maximum(square, 1e-300)))
     slope = min(float(product[best] / max(square[best], 1e-300)), -1e-15 / deepest**1.5)
     modulus = -0.75 * slope / np.sqrt(setup.radius) * (1.0 - setup.poisson_ratio**2)
     return {
         "relaxed_modulus": float(np.clip(modulus, 1.0, 5e11)),
-        "contact_point": float(data.place[data.first] + places[best]),
+        "contact_point": float(data.position[data.first] + points[best]),
     }

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import orth
+from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
@@ -25,9 +26,14 @@ from bem.lab.models.contact import NoContactError
 from bem.lab.setup import Setup
 
 CONFIDENCE = 0.95
+BLOCKS = 8  # of the depth, on either way
+_SOLVED = 0.0016  # of the range of the force, that a block errs by where the solver gives it
+_ROUGH = 4e-4  # of the range of the force, several times what near simulations differ by beside their change
 _EDGE = 1e-6  # of its unit, within which a parameter is at its bound
 _ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
-_BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
+_CHANGE = 2.0  # of the tension, in units of the noise over all points, by a step of a derivative
+_PASSED = 0.1  # of the noise; a point that changes by so much more than twice what those beside it do falls in a jump
+_BESIDE = 9  # points of which the middle change is that of a point without a jump
 _OVERLAPS = 0.02  # of the depth, up to which the ends of the contact are free: a search could not step over a sample
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are needed again
 
@@ -53,12 +59,12 @@ class Regression:
     evaluations: int = 0
 
     def __post_init__(self) -> None:
-        self.parameters: dict[str, Parameter] = {each.name: each for each in (*self.model.parameters, CONTACT_POINT)}
+        self.parameters: dict[str, Parameter] = {entry.name: entry for entry in (*self.model.parameters, CONTACT_POINT)}
         depth = float(np.ptp(self.data.depth[self.data.first :]))
         pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
         size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.setup.radius)}
         self.unit = {name: size.get(name, 1.0) for name in self.free}
-        ends = ({name: getattr(each, end) for name, each in self.parameters.items()} for end in ("low", "high"))
+        ends = ({name: getattr(entry, end) for name, entry in self.parameters.items()} for end in ("low", "high"))
         self.bounds: tuple[FloatArray, ...] = tuple(map(self.point, ends))
         columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
         self.length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
@@ -69,6 +75,7 @@ class Regression:
         far = self.data.far
         self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.data.tension[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
+        self.steps = np.full(len(self.free), self.model.difference)
         self.known: dict[tuple[bytes, Any], FloatArray] = {}
 
     def __len__(self) -> int:
@@ -83,7 +90,7 @@ class Regression:
         """Values in SI at a point of the search, those that are fixed included."""
         moved = zip(self.free, map(self.parameters.__getitem__, self.free), x, strict=True)
         return self.start | {
-            name: each.outer(each.inner(self.start[name]) + by * self.unit[name]) for name, each, by in moved
+            name: entry.outer(entry.inner(self.start[name]) + by * self.unit[name]) for name, entry, by in moved
         }
 
     def tension(self, x: FloatArray) -> FloatArray:
@@ -106,7 +113,7 @@ class Regression:
             return np.append(far * np.maximum(self.data.weights, 1.0), far * late)
         gone = np.isnan(tension)
         if self.model.spans:
-            ahead = self.data.place - self.values(x)["contact_point"]
+            ahead = self.data.position - self.values(x)["contact_point"]
             self._choose_span(tension, ahead > _OVERLAPS * max(float(ahead.max()), 0.0))
         else:
             self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
@@ -120,8 +127,8 @@ class Regression:
         here = self.tension(x)
         weights = np.append(self.weights * self.inside / self.data.noise, np.ones(here.size - len(self)))
         low, high = self.bounds
-        step, columns = self.model.difference, []
-        for i, direction in enumerate(np.eye(x.size)):
+        columns = []
+        for i, (step, direction) in enumerate(zip(self.steps, np.eye(x.size), strict=True)):
             ahead, back = (step if inside else 0.0 for inside in (x[i] + step <= high[i], x[i] - step >= low[i]))
             if ahead and self.model.costly:
                 back = 0.0
@@ -129,12 +136,25 @@ class Regression:
                 after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:
                 after = before = np.where(np.isnan(here), np.nan, 0.0)
-            bent = weights * np.abs(after + before - 2.0 * here) > _BENT if ahead and back else np.isnan(here)
-            columns.append(np.where(bent, np.nan, weights * (after - before) / (ahead + back)))
+            change = weights * (after - before)
+            near = np.append(
+                median_filter(np.nan_to_num(change[: len(self)]), _BESIDE, mode="constant"), change[len(self) :]
+            )
+            passed = np.abs(change - near) > np.abs(near) + _PASSED
+            columns.append(np.where(passed, np.nan, change / (ahead + back)))
         matrix = np.column_stack(columns)
         # A point that a jump passes has no derivative.
         matrix[np.isnan(matrix).any(axis=1)] = 0.0
         return matrix
+
+    def narrow_steps(self, jacobian: FloatArray) -> None:
+        """Take later derivatives over changes of the tension by a few standard deviations, where it is nearly linear.
+
+        A corner of the force that moves across a point would else count. What is rough in the solver must stay small.
+        """
+        rough = _ROUGH * float(np.ptp(self.data.tension)) / self.data.noise * np.sqrt(len(self))
+        change = self.model.difference * np.linalg.norm(jacobian[:, : self.steps.size], axis=0)
+        self.steps = self.model.difference / np.maximum(1.0, change / np.hypot(_CHANGE, rough))
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Of `residuals`: the derivatives without what the linear parameters take up."""
@@ -154,7 +174,7 @@ class Regression:
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
-            turned, tilt = self.data.place - self.values(x)["contact_point"], self.linear.index("tilt")
+            turned, tilt = self.data.position - self.values(x)["contact_point"], self.linear.index("tilt")
             self.length[tilt] = np.linalg.norm(turned)
             self.columns[:, tilt] = turned / self.length[tilt]
         self.tension(x)  # raises where there is no contact
@@ -251,6 +271,18 @@ class Fitted:
         # The solver's own error and its bent valleys add to what a few low frequencies tell: there, at least of all.
         return max(variance, self.misfit**2 if self.model.name == "contact" else 0.0), degrees
 
+    @cached_property
+    def blocks(self) -> np.ndarray:
+        """Which points of the contact lie in which block of depth, on either way, and in which of a hold, (n, m)."""
+        data = self.problem.data
+        depth, number = data.position - self.values["contact_point"], np.arange(data.position.size)
+        pressed = self.counted[: depth.size] & (depth > 0.0)
+        block = np.minimum(depth / depth[pressed].max(initial=1e-300) * BLOCKS, BLOCKS - 1).astype(int)
+        ways = number > data.segments.top, number <= data.segments.top
+        hold = np.array_split(number[data.segments.top : data.segments.leaves + 1], 4)
+        blocks = [pressed & way & (block == depth_block) for way in ways for depth_block in range(BLOCKS)]
+        return np.column_stack([*blocks, *(np.isin(number, quarter) for quarter in hold)])
+
     @property
     def independent(self) -> float:
         """How many independent points the residuals are worth, by the correlation of the baseline."""
@@ -272,15 +304,20 @@ class Fitted:
         seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
         normal = self.jacobian[:, seen] / length[seen]
         values, vectors = np.linalg.eigh(normal.T @ normal)
-        covariance = self.slow[0] * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        inverse = (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        covariance = self.slow[0] * inverse
+        if self.model.name == "contact":  # the solver's own error is one within a block, and is not averaged there
+            error = _SOLVED * float(np.ptp(self.problem.data.tension)) / self.problem.data.noise * self.problem.weights
+            moved = inverse @ normal[: error.size].T @ (error[:, None] * self.blocks)
+            covariance += moved @ moved.T
         inner = np.sqrt(np.diag(covariance))
         spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
         spread[seen] = float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
         low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
-        floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
+        floor = {name: half.low for name, half in self.problem.parameters.items() if half.scale == "linear"}
         intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
-        for name, each in zip(names[free:], spread[free:], strict=True):
-            intervals[name] = (self.values[name] - each, self.values[name] + each)
+        for name, half in zip(names[free:], spread[free:], strict=True):
+            intervals[name] = (self.values[name] - half, self.values[name] + half)
         rows = zip(names, correlation.tolist(), strict=True)
         return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}

@@ -107,12 +107,12 @@ class FitResult:
         setup = self.setup
         units = {name: LINEAR.get(name) or PARAMETERS[name].unit for name in self.values}
         names = "model adequate alike values intervals undetermined moduli correlations noise misfit misfits seconds"
-        content = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
+        fields = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
             "units": units,
             "confidence": CONFIDENCE,
         }
-        content |= {"tabor": setup.physical_tabor}
-        return plain(content | {"notes": self.measured.notes})
+        fields |= {"tabor": setup.physical_tabor}
+        return plain(fields | {"notes": self.measured.notes})
 
     def plot(self, path: str | FilePath) -> None:
         """Draw measurement and model against indentation, and residuals against time; the suffix chooses the format."""
@@ -159,12 +159,12 @@ def result_of(
     intervals, correlations = best.intervals()
     loose = tuple(name for name in best.names if _is_loose(best, name, intervals[name]))
     sentences = list(_sentences(best, correlations, loose, alike, judgement))
-    for other in alike:
-        for name, (low, high) in other.intervals()[0].items():
+    for rival in alike:
+        for name, (low, high) in rival.intervals()[0].items():
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
-    if best.model.spans and any(each.model.name == "hertz" and judgement.adequate for each in tried):
-        hertz = next(each for each in tried if each.model.name == "hertz")
+    if best.model.spans and any(candidate.model.name == "hertz" and judgement.adequate for candidate in tried):
+        hertz = next(candidate for candidate in tried if candidate.model.name == "hertz")
         if hertz.criterion(best) < best.criterion(best):
             # The ends of the contact are chosen, which gives a little adhesion in any noise.
             sentences.insert(0, "Hertz describes the curve as well: the work of adhesion may be zero.")
@@ -176,9 +176,9 @@ def result_of(
     tension = _whole_tension(best, path)
     model = ForceCurve(
         time=curve.time,
-        indentation=path.place + tension * path.compliance,
+        indentation=path.position + tension * path.compliance,
         force=tension,
-        stage=None if path.setup.stiffness is None else path.place,
+        stage=None if path.setup.stiffness is None else path.position,
     )
     values = {name: best.values[name] for name in best.names}
     for name in {"force_offset", "tilt", "drag", "drift"} & values.keys() if curve.force_sign == "compression" else ():
@@ -198,11 +198,11 @@ def result_of(
         setup=best.setup,
         noise=float(1.4826 * np.median(np.abs((tension - curve.tension)[_counted(curve, data.time[counted])]))),
         misfit=best.misfit,
-        alike=tuple(other.model.name for other in alike),
-        misfits={each.model.name: each.misfit for each in tried},
+        alike=tuple(rival.model.name for rival in alike),
+        misfits={candidate.model.name: candidate.misfit for candidate in tried},
         warnings=tuple(_warnings(best)),
         sentences=tuple(sentences),
-        simulations=sum(each.problem.evaluations for each in tried if each.model.name == "contact"),
+        simulations=sum(candidate.problem.evaluations for candidate in tried if candidate.model.name == "contact"),
     )
 
 
@@ -222,7 +222,7 @@ def _whole_tension(best: Fitted, path: Path) -> FloatArray:
         tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
     linear = sum((data.columns[name] * best.values[name] for name in problem.linear), np.zeros(data.time.size))
     if "tilt" in problem.linear:  # it turns about the contact point
-        linear += best.values["tilt"] * (data.place[data.first] - best.values["contact_point"])
+        linear += best.values["tilt"] * (data.position[data.first] - best.values["contact_point"])
     return tension + np.interp(path.time, data.time, linear)
 
 
@@ -277,21 +277,21 @@ def _sentences(
 ) -> list[str]:
     """Why no model is adequate, what the curve leaves open and what trades off."""
     name, texts = best.model.name, []
-    titles = {each: PARAMETERS[each].title if each in PARAMETERS else each.replace("_", " ") for each in best.names}
+    titles = {key: PARAMETERS[key].title if key in PARAMETERS else key.replace("_", " ") for key in best.names}
     texts.append(f"Segments: {best.problem.data.segments.sentence(best.problem.data.time)}.")
     if not judgement.adequate:
         texts.append(f"No model is adequate, so that no interval holds. {' '.join(judgement.reasons)}")
         if judgement.moduli is not None:
             low, high = (readable(modulus, "Pa") for modulus in judgement.moduli)
             texts.append(f"Over three depths Young's modulus ranges from {low} to {high}.")
-    for other in alike:
-        texts.append(f"The curve does not tell {name} from {other.model.name}: each interval is the union of both.")
-    for each in loose:
-        texts.append(f"The curve does not determine the {titles[each]}: {best.problem.parameters[each].advice} would.")
-    for one, two in itertools.combinations(best.names, 2):
-        if abs(correlation := correlations[one][two]) > _TIED:
+    for rival in alike:
+        texts.append(f"The curve does not tell {name} from {rival.model.name}: each interval is the union of both.")
+    for key in loose:
+        texts.append(f"The curve does not determine the {titles[key]}: {best.problem.parameters[key].advice} would.")
+    for first, second in itertools.combinations(best.names, 2):
+        if abs(correlation := correlations[first][second]) > _TIED:
             texts.append(
-                f"The curve hardly tells the {titles[one]} from the {titles[two]} (correlation {correlation:.3f}): a "
-                "measured value of one would sharpen the other."
+                f"The curve hardly tells the {titles[first]} from the {titles[second]} (correlation "
+                f"{correlation:.3f}): a measured value of one would sharpen the other."
             )
     return texts

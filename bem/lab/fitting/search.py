@@ -53,6 +53,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     if not runs:
         raise failure
     best, reached = runs[0], problem.options["accuracy"]
+    problem.narrow_steps(best.jacobian)
     with suppress(NoContactError):
         problem.options["accuracy"] = accuracy
         best, reached = _last(problem, best.x), accuracy
@@ -81,12 +82,12 @@ def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list
     starts = [dict(start)]
     if {"retardation_time", "modulus_ratio"} <= free:
         starts = [
-            each | {"retardation_time": share * duration, "modulus_ratio": ratio}
-            | {"relaxed_modulus": each["relaxed_modulus"] * ratio**0.25}
-            for each in starts for ratio in _RATIOS for share in _TIMES
+            start | {"retardation_time": share * duration, "modulus_ratio": ratio}
+            | {"relaxed_modulus": start["relaxed_modulus"] * ratio**0.25}
+            for start in starts for ratio in _RATIOS for share in _TIMES
         ]  # fmt: skip
     if "work_of_adhesion" in free:
         starts = [
-            each | {"work_of_adhesion": each["work_of_adhesion"] * share} for each in starts for share in _ADHESIONS
+            start | {"work_of_adhesion": start["work_of_adhesion"] * share} for start in starts for share in _ADHESIONS
         ]
     return starts

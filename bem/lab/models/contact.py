@@ -49,11 +49,11 @@ def protocol_of(setup: Setup, path: Path, contact_point: float) -> tuple[Piecewi
 
     The approach from far away is left out; there the force is that of rigid surfaces.
     """
-    time, place = path.lines
+    time, position = path.lines
     # A model that lets go after the end of the measurement is late too.
     further = 1.0 + _FURTHER * (time[-1] - time[0]) / (time[-1] - time[-2])
-    time, place = (np.append(each[:-1], each[-2] + further * (each[-1] - each[-2])) for each in (time, place))
-    depth = (place - contact_point) / setup.indentation_scale
+    time, position = (np.append(row[:-1], row[-2] + further * (row[-1] - row[-2])) for row in (time, position))
+    depth = (position - contact_point) / setup.indentation_scale
     near = _FAR * default_start_indentation(setup.tabor)
     inside = np.flatnonzero(depth > near)
     first = int(inside[0]) if inside.size else 0
@@ -68,7 +68,7 @@ def tension(
     values: Values,
     path: Path,
     accuracy: str | float = "draft",
-    jumps: Sequence[Jump] = (),
+    jumps: Sequence[Jump] | None = None,
     budget: list[float] | None = None,
 ) -> FloatArray:
     """See `Model.tension`; after it, for a measured jump out of contact, how late the model's is.
@@ -76,12 +76,12 @@ def tension(
     Args:
         values, path: as there.
         accuracy: as for `bem.simulate`.
-        jumps: of the measured force.
+        jumps: of the measured force, for a search; `None`: the tension is that of the model everywhere.
         budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: of this call.
 
     Returns:
-        tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
-        (1,) with a jump out of contact and (0,) without.
+        tension (n,), NaN beside a jump of the model and from there to a near measured one, and lateness in standard
+        deviations, (1,) with a measured jump out of contact and (0,) without.
 
     Raises:
         NoContactError: the solver does not complete the contact, or the budget is spent.
@@ -104,26 +104,29 @@ def tension(
     if not trajectory.completed:
         raise NoContactError(str(trajectory.status))
     instants = (path.time - begin) / setup.time_scale
-    gone, late = np.zeros(instants.size, dtype=bool), np.zeros(0)
-    travel = float(np.sum(np.abs(np.diff(path.place)))) / float(np.ptp(path.time))
-    unsure = np.hypot(float(np.median(np.diff(path.time))), _SCATTER * setup.adhesion_length / travel)
-    for jump in jumps:
-        meant = (jump.time - begin) / setup.time_scale
-        late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, meant) - meant
+    spacing, late = float(np.median(np.diff(instants))), np.zeros(0)
+    # Across a jump of its own the model has no derivative, and its instant is no finer than the samples.
+    own = [] if jumps is None else [jump.time for jump in trajectory.jumps]
+    gone = np.any(np.abs(np.subtract.outer(instants, own)) < spacing, axis=1)
+    travel = float(np.sum(np.abs(np.diff(path.position)))) / float(np.ptp(path.time))
+    unsure = np.hypot(spacing * setup.time_scale, _SCATTER * setup.adhesion_length / travel)
+    for jump in jumps or ():
+        measured = (jump.time - begin) / setup.time_scale
+        late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, measured) - measured
         if abs(late_by) < _NEAR * trajectory.time[-1]:
-            gone |= (instants - meant) * (instants - meant - late_by) < 0.0
+            gone |= (instants - measured) * (instants - measured - late_by) < 0.0
         if jump.out:
             away = (late_by if np.isfinite(late_by) else trajectory.time[-1]) * setup.time_scale / unsure
             late = np.array([_SATURATES * np.arcsinh(away / _SATURATES)])
     force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
-    apart = (path.place - values["contact_point"]) / setup.indentation_scale
+    apart = (path.position - values["contact_point"]) / setup.indentation_scale
     far = rigid_force_from_indentation(np.minimum(apart, 0.0))
     forces = setup.force_scale * np.where(instants >= 0.0, force, far)
     forces[gone] = np.nan
     return np.append(forces, late)
 
 
-def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) -> float:
+def _passage(trajectory: Trajectory, level: float, falls: bool, measured: float) -> float:
     """Instant nearest to `meant` at which the tension passes a level downwards, or upwards; NaN for none."""
     above = trajectory.force > level
     passed = np.flatnonzero((above[1:] != above[:-1]) & (above[:-1] == falls))
@@ -132,7 +135,7 @@ def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) ->
     time, force = trajectory.time, trajectory.force
     share = (level - force[passed]) / (force[passed + 1] - force[passed])
     instants = time[passed] + share * (time[passed + 1] - time[passed])
-    return float(instants[np.argmin(np.abs(instants - meant))])
+    return float(instants[np.argmin(np.abs(instants - measured))])
 
 
 MODEL = Model(

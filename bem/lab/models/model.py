@@ -25,10 +25,10 @@ TABLE = np.linspace(0.0, 1.0, 1500) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """What an instrument moved: `place` (m), of the stage behind the setup's spring or of the sphere, at `time` (s)."""
+    """What an instrument moved: `position` (m), of the stage behind the setup's spring or the sphere, at `time` (s)."""
 
     time: FloatArray
-    place: FloatArray
+    position: FloatArray
     setup: Setup
 
     @property
@@ -39,7 +39,7 @@ class Path:
     @cached_property
     def lines(self) -> tuple[FloatArray, FloatArray]:
         """Instants, in s from the first, and places, in m, of the corners between which the path is straight."""
-        return straight_lines(self.time, self.place)
+        return straight_lines(self.time, self.position)
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def reduced_modulus(values: Values, setup: Setup) -> float:
 def deepest(values: Values, path: Path) -> float:
     """Depth, in m, to which a branch is needed; a spring that adhesion stretches lets the sphere ahead of the stage."""
     stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
-    return max(float(path.place.max()) - values["contact_point"], 0.0) + stretched + 1e-15
+    return max(float(path.position.max()) - values["contact_point"], 0.0) + stretched + 1e-15
 
 
 def along(depth: FloatArray, tension: FloatArray, values: Values, path: Path) -> FloatArray:
@@ -144,4 +144,4 @@ def along(depth: FloatArray, tension: FloatArray, values: Values, path: Path) ->
     """
     stage = depth - tension * path.compliance
     first = int(np.argmin(stage))
-    return np.interp(path.place - values["contact_point"], stage[first:], tension[first:])
+    return np.interp(path.position - values["contact_point"], stage[first:], tension[first:])

@@ -22,11 +22,11 @@ _ELEMENTS = 100
 
 def tension(values: Values, path: Path) -> FloatArray:
     """See `Model.tension`."""
-    apart = path.place - values["contact_point"]
+    apart = path.position - values["contact_point"]
     depth, force = pressing(path.setup, max(float(apart.max()), 1e-15))
     half_width = np.gradient(force, depth) / 2.0
-    places = (np.arange(_ELEMENTS) + 0.5) * half_width[-1] / _ELEMENTS
-    profile, width = np.interp(places, half_width, depth), 2.0 * half_width[-1] / _ELEMENTS
+    elements = (np.arange(_ELEMENTS) + 0.5) * half_width[-1] / _ELEMENTS
+    profile, width = np.interp(elements, half_width, depth), 2.0 * half_width[-1] / _ELEMENTS
     relaxed, strengths, times = _relaxation(values, path)
     return -pressed(path.time, apart, profile, width, relaxed, strengths, times, path.compliance)
 

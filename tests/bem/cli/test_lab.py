@@ -33,7 +33,7 @@ def test_radius_gives_si_units_and_json(tmp_path):
     assert "effective" not in simulated().output
     result = simulated(csv=tmp_path / "a.csv", largest_tabor=3)
     assert "still attached at the end" in result.output
-    assert "the pull-off force depends on the effective range" in result.output
+    assert "depends on the effective range" in result.output
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert 5e-6 < curve.pull_off_force < 4e-5
     assert curve.indentation.max() == pytest.approx(3e-7)

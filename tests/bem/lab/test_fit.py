@@ -142,6 +142,16 @@ def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation_and_widens_int
     assert sum(inside) >= 8
 
 
+def test_a_wave_under_correlated_noise_is_no_noise():
+    """Sums as correlated as the baseline let twice its noise pass; whitened, neighbours tell a wave from it."""
+    for seed in (0, 1, 3):
+        curve, setup, _ = closed_form("hertz", [seed, 3], correlation=0.9)
+        pressed = np.abs(curve.force - np.median(curve.force)) > 0.1 * np.ptp(curve.force)
+        wave = 3.0 * fit(curve, setup, model="hertz").noise * pressed * np.sin(0.1 * np.pi * np.arange(len(curve)))
+        result = fit(dataclasses.replace(curve, force=curve.force + wave), setup, model="hertz")
+        assert any("The residuals are" in text for text in result.sentences), seed
+
+
 @pytest.mark.parametrize(
     ("share", "end", "seed"),
     [(0.01, 2000, 0), pytest.param(0.05, 2000, 0, marks=pytest.mark.slow), (-0.03, 1200, 0), (-0.03, 1200, 5)],
@@ -328,11 +338,8 @@ def test_a_curve_without_any_noise_or_adhesion_is_fitted_and_a_force_in_another_
         assert any("are the units right?" in text for text in hertzian(1e-11, **wrong).warnings), wrong
 
 
-TOO_NARROW = pytest.mark.xfail(reason="intervals of a contact are too narrow: docs/limits.md has their coverage")
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "number"), [(0, 7), pytest.param(0, 10, marks=TOO_NARROW), (0, 14), (7, 12)])
+@pytest.mark.parametrize(("seed", "number"), [(0, 7), (0, 10), (0, 14), (7, 12)])
 def test_a_fit_finds_the_jumps_of_a_cantilever(seed, number):
     # The forces alone leave the search where its jump is several samples from the measured one.
     curve, setup, truth = drawn_curve("stage", seed, number)
@@ -345,7 +352,7 @@ NOWHERE = {"contact_point": 0.0, "force_offset": 0.0}
 
 
 @pytest.mark.slow
-@TOO_NARROW
+@pytest.mark.xfail(reason="the interval contains the work, but reaches 0.09: the valley is longer than it should be")
 def test_the_interval_along_a_valley_contains_the_work():
     bead = BEAD.replaced(retardation_time=0.05, stiffness=3.0)
     path = {"peak_indentation": 1.5e-6, "loading_rate": 2e-5, "unloading_rate": 2e-5, "start_indentation": -6e-6}

@@ -112,7 +112,7 @@ def test_the_solver_follows_few_straight_lines_and_is_the_simulation_that_made_t
     path = Path(clean.time, clean.indentation, BEAD)
     times, depths = path.lines
     assert times.size < 8
-    assert np.max(np.abs(np.interp(path.time, times, depths) - path.place)) < 1.1e-3 * np.ptp(path.place)
+    assert np.max(np.abs(np.interp(path.time, times, depths) - path.position)) < 1.1e-3 * np.ptp(path.position)
     tension = MODELS["contact"].tension(TRUTH, path, "standard")
     inside = np.abs(tension + TRUTH["force_offset"] - clean.force) < 0.02 * np.ptp(clean.force)
     assert np.mean(inside) > 0.99

@@ -14,6 +14,8 @@ from bem.lab.fitting import regression, search
 from bem.lab.fitting.measurement import hertz_line, measurement_of, slow_noise
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import MODELS
+from bem.problem.scene import LARGEST_TABOR
+from experiments.robustness.lab_coverage import drawn_curve
 from tests.bem.lab.measurement import BEAD, TRUTH, closed_form, loop, measured, over_time
 
 
@@ -124,11 +126,53 @@ def test_intervals_of_the_solver_are_at_least_those_of_independent_residuals(fit
     assert solver.slow[0] == pytest.approx(quiet.misfit**2)
 
 
+def test_intervals_of_the_solver_include_its_own_error(fitted):
+    """Hardly any noise and many points would else leave an interval far below what the solver errs by."""
+    problem, less = fitted.problem, 1e-4
+    quiet = dataclasses.replace(problem.data, noise=less * problem.data.noise)
+    widths = []
+    for name in ("hertz", "contact"):
+        again = dataclasses.replace(problem, model=MODELS[name], data=quiet)
+        again.weights = problem.weights
+        few = dataclasses.replace(fitted, problem=again, jacobian=fitted.jacobian / less)
+        low, high = few.intervals()[0]["relaxed_modulus"]
+        widths.append(np.log(high / low))
+    assert widths[0] < 1e-4
+    assert 1e-3 < widths[1] < 5e-2
+
+
+def test_derivatives_are_taken_within_a_few_standard_deviations():
+    """Near the pull-off, 2 % of the modulus change the force by forty: intervals along the valley were a third."""
+    curve, setup, truth = drawn_curve("sphere", 36, 1)
+    data = measurement_of(curve, setup.replaced(largest_tabor=LARGEST_TABOR))
+    names = ("work_of_adhesion", "contact_point")
+    problem = Regression(MODELS["contact"], data, truth, names)
+    problem.options = {"jumps": data.jumps}
+    problem.residuals(np.zeros(2))
+    problem.narrow_steps(problem.derivatives(np.zeros(2)))
+    changes = problem.steps * np.linalg.norm(problem.derivatives(np.zeros(2)), axis=0)
+    assert problem.steps[0] < 0.2 * MODELS["contact"].difference
+    assert changes.max() < 12.0
+
+
 def test_the_points_beside_the_ends_of_an_adhesive_contact_do_not_count():
     problem = fitted_by("jkr", measurement_of(*closed_form("jkr", 3)[:2]), work_of_adhesion=0.03).problem
     ends = np.flatnonzero(np.diff(problem.inside))
     assert ends.size == 2
     assert not problem.weights[[ends, ends + 1]].any()
+
+
+def test_points_that_a_jump_passes_have_no_derivative():
+    """One of them counted as hundreds of others: the interval of the contact point was a tenth of what it is."""
+    curve, setup, truth = drawn_curve("stage", 34, 0)
+    model, data = MODELS["contact"], measurement_of(curve, setup.replaced(largest_tabor=LARGEST_TABOR))
+    lengths = []
+    for difference in (0.02, 0.005):
+        problem = Regression(dataclasses.replace(model, difference=difference), data, truth, ("contact_point",))
+        problem.options = {"jumps": data.jumps}
+        problem.residuals(np.zeros(1))
+        lengths.append(float(np.linalg.norm(problem.derivatives(np.zeros(1))[: len(problem)])))
+    assert lengths[0] == pytest.approx(lengths[1], rel=0.05)
 
 
 def test_a_simulation_takes_no_more_than_the_budget_of_a_search(curve, monkeypatch):

@@ -62,7 +62,8 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         loop = drawn.plot().axes[1]
         across = loop.collections[0].get_paths()[0].vertices[:, 1]
         ends = np.sort(scale * np.array([found.force_lower.min(), found.force_upper.max()]))
-        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
+        # A band is drawn smoothly between the steps, whose highest it may pass a little.
+        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-5)
         assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
         assert loop.lines[1].get_color() == COLOURS["fast"]
         assert [line.get_marker() for line in loop.lines].count("o") == found.detached
@@ -88,18 +89,18 @@ def test_an_elastic_soft_sphere_is_that_of_jkr_whatever_its_effective_range():
         assert setup.tabor == pytest.approx(largest)
         assert setup.physical_tabor > 800.0
         protocol = setup.protocol(peak_indentation=0.3e-6, loading_rate=1e-6, unloading_rate=1e-6)
-        forces[largest] = setup.simulate(protocol, check_range=False).pull_off_force / setup.force_scale
+        forces[largest] = setup.simulate(protocol).pull_off_force / setup.force_scale
     assert jkr.PULL_OFF_FORCE < forces[3.0] < forces[2.0] < 1.06 * jkr.PULL_OFF_FORCE
     assert forces[3.0] == pytest.approx(jkr.PULL_OFF_FORCE, rel=0.04)
 
 
-def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
+def test_a_viscoelastic_contact_at_an_effective_range_is_warned_of():
     words = "depends on the effective range of adhesion, 86.67 nm in place of 300 pm"
     with pytest.warns(EffectiveRangeWarning, match=words):
         BEAD.simulate(BEAD.protocol(peak_indentation=0.3e-6, **FAST), "draft")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        BEAD.simulate(BEAD.protocol(peak_indentation=0.1e-6, loading_rate=2e-10, unloading_rate=2e-10), "draft")
+        ELASTIC_BEAD.replaced(largest_tabor=3.0).simulate(BEAD.protocol(peak_indentation=0.1e-6, **SLOW), "draft")
         TIP.simulate(TIP.protocol(peak_indentation=1e-9, **SLOW), "draft")
 
 
@@ -182,21 +183,11 @@ def test_a_weight_in_newtons():
     assert curve.plot().axes[0].get_ylabel() == "force, compression positive"
 
 
-def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
-    bead = ELASTIC_BEAD.replaced(stiffness=30.0, largest_tabor=3.0)
-
-    pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
-    assert bead.range_sensitivity(pulled) < 0.05
-    pressed = bead.force_protocol(times=[0.0, 1.0, 5.0], forces=[0.0, -5e-6, -5e-6])
-    assert 0.0 < bead.range_sensitivity(pressed) < 0.5  # though nothing is pulled off
-    assert bead.range_sensitivity(bead.protocol(peak_indentation=3e-7, loading_rate=1e-6, unloading_rate=1e-6)) < 0.05
-
-
 def test_a_curve_in_newtons_is_drawn_as_a_trajectory_is():
     setup = ELASTIC_BEAD.replaced(retardation_time=0.1)
     speeds = {"loading_rate": 2e-6, "unloading_rate": 2e-4, "dwell_time": 0.3}
     protocol = setup.protocol(peak_indentation=0.5e-6, start_indentation=-1.5e-6, **speeds)
-    curve = setup.simulate(protocol, "draft", check_range=False)
+    curve = setup.simulate(protocol, "draft")
     history, loop = curve.plot().axes
     at = history.get_xticks()
     assert [text.get_text() for text in history.get_xticklabels()][:3] == ["0 s", "1 s", "1.3 s"]

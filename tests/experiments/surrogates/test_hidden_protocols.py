@@ -58,6 +58,7 @@ def test_errors_outside_ranges_are_tabulated():
     inside, outside = (study["models"]["fast"]["high unloading_rate"][key][0] for key in ("0", "0.1"))
     assert inside < 5.0
     assert np.isfinite(outside)
+    assert all(0.0 <= share <= 1.0 for shares in study["covered at the vertices"].values() for share in shares)
     text = outside_ranges.page_text(study | {"command": "some"})
     assert text.count("all ranges at once") == 3
     assert "`tabor` 0.152 to 4.222" in text
