@@ -119,6 +119,15 @@ def test_data_files_have_a_licence():
     assert used == set(licences)
 
 
+def test_entries_of_the_reference_exist():
+    loader = griffe.GriffeLoader(search_paths=[ROOT])
+    packages = {name: loader.load(name) for name in ("bem", "surrogate")}
+    for page in API_PAGES:
+        text = (ROOT / f"docs/{page}.md").read_text(encoding="utf-8")
+        for package, name in re.findall(r"^::: (\w+)\.(\S+)", text, flags=re.MULTILINE):
+            assert packages[package][name].docstring, f"{page}: {package}.{name}"
+
+
 def test_public_functions_state_returns():
     loader = griffe.GriffeLoader(search_paths=[ROOT])
     nodes = [loader.load(package) for package in ("bem", "surrogate")]

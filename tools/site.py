@@ -1,6 +1,6 @@
 """Pages that the site makes of other files: the report, the paper's figures, and one of each entry of the API.
 
-A line `::: NAME` of a page `api-*.md` becomes an entry with its first sentence, and a page `api/NAME.md` of its own.
+A line `::: NAME` of a page becomes an entry with its first sentence, and a page `api/NAME.md` of its own.
 """
 
 import re
@@ -72,8 +72,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     figures, pictures = _figures()
     pages = {"report.md": _report(), "figures.md": figures}
     for index in files.documentation_pages():
-        if index.src_uri.startswith("api-"):
-            pages |= dict(_api_pages(index))
+        pages |= dict(_api_pages(index))
     for address, text in pages.items():
         files.append(File.generated(config, address, content=text))
     for picture in pictures:
@@ -83,4 +82,4 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     """Turn entries into links."""
-    return _ENTRY.sub(_entry, markdown) if page.file.src_uri.startswith("api-") else markdown
+    return markdown if page.file.src_uri.startswith("api/") else _ENTRY.sub(_entry, markdown)

@@ -26,6 +26,17 @@ LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
 
 
+_USAGE = {
+    r"Invalid value for '(.+?)'.*?: (.+) is not a valid float\.": "{0} must be a number; received {1}",
+    r"Invalid value for '(.+?)'.*?: (.+) is not a valid int(?:eger)?\.": "{0} must be an integer; received {1}",
+    r"Invalid value for '(.+?)'.*?: (.+) is not one of (.+)\.": "{0} must be one of {2}; received {1}",
+    r"Missing (?:option|argument) '(.+?)'.*": "{0} must be given; received none",
+    r"Option '(.+?)' requires an argument\.": "{0} must have a value; received none",
+    r"No such option: (\S+)(.*)": "options must be those that --help lists; received {0}{1}",
+    r"Got unexpected extra argument\S* \((.+)\)": "options must have names, as --help lists them; received {0}",
+    r"No such command (.+)\.": "the command must be one of {commands}; received {0}",
+}
+"""Sentences of Typer about the command line, and ours."""
 _option_of: dict[str, str] = {}  # of the command that runs, by the name of its parameter
 
 
@@ -110,7 +121,7 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
         if type(error).__name__ == "NoArgsIsHelpError":
             error.show()
         else:
-            typer.echo(f"{name}: {shortened(error.format_message(), LONGEST)}", err=True)
+            typer.echo(f"{name}: {shortened(usage_sentence(error), LONGEST)}", err=True)
         sys.exit(error.exit_code)
     if status == INTERRUPTED:  # what Typer makes of `KeyboardInterrupt`, in some versions by `Abort`
         end(name)
@@ -138,12 +149,24 @@ def run_main(main: Callable[..., Any], name: str | None = None, *, program: str 
 def sentence(error: Exception) -> str:
     """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
-        return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
+        named = f"the file must be accessible; received {error.filename} ({error.strerror})"
+        return shortened(named if error.filename else error.strerror, LONGEST)
     quantities, must, rest = str(error).partition(" must ")
-    if must and re.fullmatch(r"\w+((, | and )\w+)*", quantities):
+    # A row of a table has columns, not options.
+    if must and " in row " not in rest and re.fullmatch(r"\w+((, | and )\w+)*", quantities):
         quantities = re.sub(r"\w+", lambda name: _option_of.get(name[0], name[0]), quantities)
     text = quantities + must + rest
     return shortened(text, LONGEST)
+
+
+def usage_sentence(error: Any) -> str:
+    """A mistake that Typer itself finds, in the grammar of the others: what, what it must be, what was received."""
+    text = error.format_message()
+    for pattern, words in _USAGE.items():
+        if match := re.fullmatch(pattern, text):
+            commands = getattr(getattr(error.ctx, "command", None), "commands", {})
+            return words.format(*match.groups(), commands=", ".join(commands))
+    return text
 
 
 def first_default(name: str) -> str:

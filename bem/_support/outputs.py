@@ -41,9 +41,9 @@ class Outputs:
     def __init__(self, *paths: Path | None) -> None:
         self.paths = [Path(path) for path in paths if path is not None]
         if Path("-") in self.paths:
-            raise ValueError("Expected the name of an output file, which cannot be standard output; received -")
+            raise ValueError("the output file must have a name, since standard output is for the summary; received -")
         if len(set(map(Path.absolute, self.paths))) < len(self.paths):
-            raise ValueError(f"Expected different output files; received {', '.join(map(str, self.paths))}")
+            raise ValueError(f"the output files must be different; received {', '.join(map(str, self.paths))}")
         self._parts: dict[Path, tuple[Path, Path]] = {}  # target and part of each
         self._written: set[Path] = set()
 
@@ -86,7 +86,7 @@ class Outputs:
         with _refusals(path):
             if path.is_dir() or not path.absolute().parent.is_dir():
                 itself = ", which is a directory itself" if path.is_dir() else ""
-                raise ValueError(f"Expected an output file in a directory that exists; received {path}{itself}")
+                raise ValueError(f"the output file must lie in a directory that exists; received {path}{itself}")
             if path.exists() and not path.is_file():
                 return
             # A link stays one; its target is replaced. A link that leads to itself is refused by the system.
@@ -190,7 +190,7 @@ def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
         ValueError: another suffix than those.
     """
     if path is not None and Path(path).suffix not in suffixes:
-        raise ValueError(f"Expected an output file called {' or '.join(suffixes)}; received {path}")
+        raise ValueError(f"the output file must be called {' or '.join(suffixes)}; received {path}")
 
 
 def plain_name(name: str, noun: str) -> str:
@@ -216,5 +216,5 @@ def _refusals(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ValueError(
-            f"Expected an output file that can be written; received {path} ({error.strerror or error})"
+            f"the output file must be a place that can be written; received {path} ({error.strerror or error})"
         ) from error

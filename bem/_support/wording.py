@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-_FEW = 12
+_FEW, _MANY = 12, 40
 _REPR = reprlib.Repr()
 _REPR.maxlevel, _REPR.maxstring, _REPR.maxother = 2, 120, 200
 
@@ -26,9 +26,11 @@ def shown(value: Any) -> str:
 
 
 def listed(choices: Iterable[str], received: str) -> str:
-    """Choices for a message that received none of them: those that are alike first, all of them if they are few."""
+    """Choices for a message that received none of them: alike ones first; of many, only those or short ones."""
     every = list(choices)
     alike = get_close_matches(received, every, cutoff=0.5)
+    if len(every) > _MANY and not alike:
+        alike = sorted(every, key=len)[:_FEW]
     if len(every) <= _FEW or not alike:
         return ", ".join(alike + [choice for choice in every if choice not in alike])
     return f"{', '.join(alike)} or {len(every) - len(alike)} others"

@@ -146,19 +146,20 @@ def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bo
     Raises:
         ValueError: both are given, or a part of either is missing.
     """
-    specified = [name for name, value in cycle.items() if value is not None]
+    options = {f"--{name.replace('_', '-')}": value for name, value in cycle.items()}
+    specified = [option for option, value in options.items() if value is not None]
     if (times is None) != (forces is None):
         raise ValueError(
-            f"times and forces must be given together; received {'times' if forces is None else 'forces'} alone"
+            f"--times and --forces must be given together; received --{'times' if forces is None else 'forces'} alone"
         )
     if forces is not None and specified:
         raise ValueError(
-            f"either a cycle or times and forces must be given; received both, {', '.join(specified)} and forces"
+            f"either a cycle or --times and --forces must be given; received {', '.join(specified)} and --forces"
         )
-    missing = [name for name in cycle if name not in specified]
+    missing = [option for option in options if option not in specified]
     if forces is None and missing:
         raise ValueError(
-            f"{', '.join(missing)} must be given, or times and forces; received {', '.join(specified) or 'neither'}"
+            f"{', '.join(missing)} must be given, or --times and --forces; received {', '.join(specified) or 'neither'}"
         )
     return forces is not None
 

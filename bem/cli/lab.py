@@ -21,40 +21,48 @@ from bem.cli.arguments import (
     Text,
     by_force,
     entry_of,
+    in_contact,
+    in_output,
+    in_protocol,
     option,
+    panel,
     parse_material,
     say_written,
     write,
 )
 
-MODEL = "By default the simplest that describes the curve."
-STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none, or the file's own."
-Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
-Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
-Stiffness = Annotated[Text, option(STIFFNESS)]
-Sensitivity = Annotated[Text, option("Of the deflection, e.g. 50nm/V, for AFM files that hold volts.")]
-ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], option(MODEL)]
-Segment = Annotated[Literal["approach", "retract", "both"], option("What counts.")]
-Thickness = Annotated[Text, option("Of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")]
+of_curve, of_model = map(panel, ("Measured curve", "Model"))
+MODEL = "Model to fit; auto takes the simplest that describes the curve."
+STIFFNESS = "Spring constant between stage (Z, piezo) and sphere, e.g. 0.2N/m; by default none"
+Radius = Annotated[str, in_contact("Radius of the sphere, e.g. 50um; a plain number is in m.")]
+Speed = Annotated[Text, of_curve("Speed of the stage, e.g. 2um/s, for files without time.")]
+Stiffness = Annotated[Text, of_curve(f"{STIFFNESS}, or the file's own.")]
+Sensitivity = Annotated[Text, of_curve("Deflection per volt, e.g. 50nm/V, for AFM files that hold volts.")]
+ModelName = Annotated[Literal["auto", "hertz", "cone", "dmt", "jkr", "ting", "contact"], of_model(MODEL)]
+Segment = Annotated[Literal["approach", "retract", "both"], of_model("Part of the curve that is fitted.")]
+Thickness = Annotated[
+    Text, of_model("Thickness of a layer bonded to a rigid ground, e.g. 20um; by default a half-space.")
+]
 FileSign = Annotated[
-    Text, option("Which force of the file is positive: tension or compression; by default compression, or the file's.")
+    Literal["tension", "compression"] | None,
+    of_curve("Which force of the file is positive; by default compression, or as the file says."),
 ]
 Poisson = Annotated[
-    float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
+    float | None, in_contact("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
-Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
-Modulus = Annotated[Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
+Gap = Annotated[Text, in_contact("Equilibrium gap; 0.3nm by default.", "--gap", "--equilibrium-gap")]
+Modulus = Annotated[Text, in_contact("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")]
 START = "Indentation at the start and the end; by default just out of contact."
 TIMES = "Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle."
 FORCES = "Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign."
-LARGEST = "Above this Tabor parameter an effective, longer gap is simulated, as a film needs; by default none is."
-ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
+LARGEST = "Above this Tabor parameter use an effective, longer gap, as a film needs; by default never."
+ForceSign = Annotated[Literal["tension", "compression"], option("Which force is positive.")]
 Accuracy = Annotated[str, option("As in `bem simulate`.")]
-ANGLE = "Of a cone with its axis, in degrees; --radius is then that of its apex."
-HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
+ANGLE = "Angle between a cone and its axis, in degrees; --radius is then that of its apex."
+HELD_BY_FREE = "used where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
-    "Its modulus ratio is held where --free leaves it out; a Prony series always is, and its times are in seconds "
-    "unless --retardation-time."
+    "Its modulus ratio is used where --free leaves it out. A Prony series is never fitted; its times are in seconds "
+    "unless --retardation-time gives their unit."
 )
 
 
@@ -70,26 +78,26 @@ class UnitGroup(Commands):
 
 def simulate_si(
     radius: Radius,
-    work_of_adhesion: Annotated[str, option("e.g. 50mJ/m2; a plain number is in J/m2.")],
+    work_of_adhesion: Annotated[str, in_contact("Work of adhesion, e.g. 50mJ/m2; a plain number is in J/m2.")],
     modulus: Modulus = None,
-    peak_indentation: Annotated[Text, option("e.g. 1um.")] = None,
-    loading_rate: Annotated[Text, option("Speed of approach, e.g. 2um/s.")] = None,
-    unloading_rate: Annotated[Text, option("Speed of withdrawal, e.g. 2um/s.")] = None,
-    dwell_time: Annotated[str, option("Time at the peak, e.g. 0.5s.")] = "0",
-    start_indentation: Annotated[Text, option(START)] = None,
-    times: Annotated[Text, option(TIMES)] = None,
-    forces: Annotated[Text, option(FORCES)] = None,
-    stiffness: Stiffness = None,
+    peak_indentation: Annotated[Text, in_protocol("Indentation held during the dwell, e.g. 1um.")] = None,
+    loading_rate: Annotated[Text, in_protocol("Speed of approach, e.g. 2um/s.")] = None,
+    unloading_rate: Annotated[Text, in_protocol("Speed of withdrawal, e.g. 2um/s.")] = None,
+    dwell_time: Annotated[str, in_protocol("Time at the peak, e.g. 0.5s.")] = "0",
+    start_indentation: Annotated[Text, in_protocol(START)] = None,
+    times: Annotated[Text, in_protocol(TIMES)] = None,
+    forces: Annotated[Text, in_protocol(FORCES)] = None,
+    stiffness: Annotated[Text, in_contact(f"{STIFFNESS}.")] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, option("Unit of the material's times, e.g. 100ms.")] = None,
+    retardation_time: Annotated[Text, in_contact("Unit of the material's times, e.g. 100ms.")] = None,
     material: Material = "elastic",
-    largest_tabor: Annotated[Number, option(LARGEST)] = None,
+    largest_tabor: Annotated[Number, in_contact(LARGEST)] = None,
     force_sign: ForceSign = "tension",
     accuracy: Accuracy = "standard",
-    as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays in SI as JSON.")] = False,
-    csv: Annotated[File, option("Write time, indentation, force and contact radius in SI here.")] = None,
-    plot: Annotated[File, option(f"Draw the curve here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
+    as_json: Annotated[bool, in_output("Print summary and arrays in SI as JSON.", "--json")] = False,
+    csv: Annotated[File, in_output("Write time, indentation, force and contact radius in SI here.")] = None,
+    plot: Annotated[File, in_output(f"Draw the curve here (.png, .pdf, .svg). {arguments.PICTURE}")] = None,
     filmstrip: arguments.Filmstrip = None,
     animate: arguments.Animate = None,
 ) -> None:
@@ -180,21 +188,21 @@ def fit(
     force_sign: FileSign = None,
     sensitivity: Sensitivity = None,
     speed: Speed = None,
-    number: Annotated[int | None, option("Of the curve, from 0, in a file of several.")] = None,
+    number: Annotated[int | None, of_curve("Number of the curve in a file of several, from 0.")] = None,
     model: ModelName = "auto",
     segment: Segment = "both",
     thickness: Thickness = None,
-    half_angle: Annotated[float | None, option(ANGLE)] = None,
-    free: Annotated[Text, option("Parameters of the model to fit, separated by commas; by default all.")] = None,
-    modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
-    work_of_adhesion: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
+    half_angle: Annotated[float | None, of_model(ANGLE)] = None,
+    free: Annotated[Text, of_model("Parameters to fit, separated by commas; by default all of the model.")] = None,
+    modulus: Annotated[Text, in_contact(f"Relaxed Young's modulus, e.g. 2MPa; {HELD_BY_FREE}")] = None,
+    work_of_adhesion: Annotated[Text, in_contact(f"Work of adhesion, e.g. 50mJ/m2; {HELD_BY_FREE}")] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
-    material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
+    retardation_time: Annotated[Text, in_contact(f"Retardation time, e.g. 100ms; {HELD_BY_FREE}")] = None,
+    material: Annotated[str, in_contact(f"{MATERIAL_HELP} {SOLID}")] = "elastic",
     accuracy: Accuracy = "standard",
-    out: Annotated[File, option("Write values, intervals and correlations here (.json).")] = None,
-    plot: Annotated[File, option("Draw measurement, fit and residuals here.")] = None,
+    out: Annotated[File, in_output("Write values, intervals and correlations here (.json).")] = None,
+    plot: Annotated[File, in_output("Draw measurement, fit and residuals here (.png, .pdf, .svg).")] = None,
 ) -> None:
     """Fit Young's modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 

@@ -69,12 +69,13 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
     # Its own errors are no `Exception`, and each of its readers raises others.
     except afmformats.errors.MissingMetaDataError as error:
         raise InstrumentError(
-            f"Expected an AFM file with its metadata, or --stiffness in N/m and --sensitivity in m/V; received {path} "
-            f"({shown(str(error))})"
+            f"the AFM file must have its metadata, or --stiffness in N/m and --sensitivity in m/V must be given; "
+            f"received {path} ({shown(str(error))})"
         ) from error
     except (Exception, afmformats.errors.AFMFileFormatError) as error:
         raise ValueError(
-            f"Expected a CSV or an AFM file that afmformats reads; received {path} ({shown(str(error))})"
+            f"a measured curve must be a CSV or an AFM file that afmformats reads; received {path} "
+            f"({shown(str(error))})"
         ) from error
 
 
@@ -82,7 +83,7 @@ def _converted(curve: Any, overrides: Mapping[str, float], path: Path) -> RawCur
     names = ("force", "time", *_HEIGHTS, "tip position")
     columns = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
     if "force" not in columns:
-        raise InstrumentError(f"Expected an AFM file with force; received {path} with {sorted(columns)}")
+        raise InstrumentError(f"the AFM file must have a force; received {path} with {sorted(columns)}")
     spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
     spring = overrides.get("spring constant", spring)
     for name, value in overrides.items():
@@ -95,7 +96,7 @@ def _converted(curve: Any, overrides: Mapping[str, float], path: Path) -> RawCur
         quantities["indentation"] = -columns["tip position"]
     else:
         raise InstrumentError(
-            f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "
+            f"the AFM file must have height and spring constant, or tip position; received {path}; stiffness gives "
             "the spring constant"
         )
     x, y = (float(curve.metadata.get(f"position {axis}", np.nan)) for axis in "xy")

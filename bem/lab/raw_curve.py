@@ -51,8 +51,8 @@ class RawCurve:
             depth = None if stage is None else stage - compression / spring
         if depth is None:
             raise ValueError(
-                "the spring constant (stiffness, in N/m; --stiffness) must be given, which turns displacement into "
-                f"indentation; received {where} without"
+                "the spring constant (stiffness, in N/m; --stiffness) must be given, to turn displacement into "
+                f"indentation; received none for {where}"
             )
         path = depth if stage is None else stage
         time, speed = quantities.get("time"), speed or self.speed

@@ -352,5 +352,5 @@ class Setup:
             changes["material"] = StandardLinearSolid(modulus_ratio=ratio)
         unknown = sorted(set(changes) - {entry.name for entry in dataclasses.fields(self)})
         if unknown:
-            raise ValueError(f"Expected quantities of a setup; received {shown(unknown)}")
+            raise ValueError(f"the names must be quantities of a setup; received {shown(unknown)}")
         return dataclasses.replace(self, **changes)

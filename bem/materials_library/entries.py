@@ -81,13 +81,13 @@ def load(name: str | Path) -> Entry:
     try:
         table = read_toml(path)
     except ValueError as error:
-        raise ValueError(f"Expected a TOML file of a material; received {path} ({error})") from error
+        raise ValueError(f"a material must be a TOML file; received {path} ({error})") from error
     for key in (*TEXTS, "relaxed_modulus", "poisson_ratio"):
         if key not in table:
-            raise ValueError(f"Expected {key} in {path}; received {sorted(table)}")
+            raise ValueError(f"{path} must have {key}; received {sorted(table)}")
     unknown = sorted(set(table) - {*TEXTS, *_OPTIONAL, *_NUMBERS})
     if unknown:
-        raise ValueError(f"Expected no other keys in {path} than those of the library; received {unknown}")
+        raise ValueError(f"the keys of {path} must be those of the library; received {unknown}")
     for expected, cls, keys in (("text", str, (*TEXTS, *_OPTIONAL)), ("a table", dict, ("prony", "wlf"))):
         for key in keys:
             if not isinstance(table.get(key, cls()), cls):
@@ -113,8 +113,6 @@ def _material(prony: dict | None, relaxed: float, path: Path) -> Elastic | Prony
     if prony is None:
         return Elastic()
     if set(prony) != {"relaxation_moduli", "relaxation_times"}:
-        raise ValueError(
-            f"Expected relaxation_moduli and relaxation_times of prony in {path}; received {sorted(prony)}"
-        )
+        raise ValueError(f"prony in {path} must have relaxation_moduli and relaxation_times; received {sorted(prony)}")
     moduli = finite_vector("relaxation_moduli", prony["relaxation_moduli"], at_least=1)
     return PronySeries.from_moduli(np.asarray(moduli) / relaxed, prony["relaxation_times"])

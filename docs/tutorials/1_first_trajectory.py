@@ -5,6 +5,8 @@ Press a rigid sphere into a soft adhesive half-space, hold it, and pull it off. 
 the solver returns the force at every instant.
 """
 
+# mkdocs_gallery_thumbnail_path = "images/contact.png"
+
 # %%
 # ## Describe and simulate
 #

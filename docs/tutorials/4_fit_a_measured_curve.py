@@ -9,6 +9,8 @@ afmformats under the MIT licence, whose text is `examples/measured_tissue.LICENS
 whose answer is known, shows then how near a fit comes.
 """
 
+# mkdocs_gallery_thumbnail_number = 2
+
 # %%
 # ## Read it
 #

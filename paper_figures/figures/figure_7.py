@@ -13,6 +13,7 @@ from matplotlib.axis import Axis
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter
 
 from paper_figures.style import drawing, models_style
@@ -22,6 +23,8 @@ COLORS = [to_hex(color) for color in colormaps["viridis"](np.linspace(0.9, 0.0, 
 LOWEST, BINS_PER_DECADE = 1e-2, 6
 BARS = 0.7
 """Share of the panel's height that bars and lines occupy; the legend is above them."""
+OUTLINE = [withStroke(linewidth=2.1, foreground="white")]
+"""Of lines that cross dark bars."""
 LABELS = {
     "pull_off_force_percent": "pull-off force error (%)",
     "hysteresis_percent": "hysteresis error (%)",
@@ -45,14 +48,15 @@ def draw_distribution(axes: Axes, statistics: dict[str, Any], column: str, ours:
         shares, _ = np.histogram(by_ours, bins, weights=np.full(len(by_ours), 100.0 / len(by_ours)))
         label = f"swift, median {ours['overall'][column]['median']:.2g} %"
         highest = max(highest, shares.max())
-        axes.stairs(shares, bins, color="0.35", linewidth=0.9, label=label)
+        axes.stairs(shares, bins, color="0.35", linewidth=0.9, label=label, path_effects=OUTLINE)
     axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
     drawing.log_labels(axes.xaxis)
     mark_lowest(axes.xaxis)
     overall = statistics["overall"][column]
     for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
         label = f"{text} {overall[name]:.2g} %"
-        axes.axvline(overall[name], ymax=BARS, color=drawing.BLACK, linestyle=style, linewidth=0.9, label=label)
+        look = {"color": drawing.BLACK, "linestyle": style, "linewidth": 0.9, "path_effects": OUTLINE}
+        axes.axvline(overall[name], ymax=BARS, label=label, **look)
     axes.set_ylim(0.0, highest / BARS)
     axes.legend(loc="upper left")
 

@@ -36,13 +36,13 @@ LABELS = {
 
 
 def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
-    """Draw the force over the depth for all scenes."""
+    """Draw the force over the indentation for all scenes."""
     drawing.zero_line(axes)
     for curve in curves:
         color, line = STYLES[curve["name"]]
         label = LABELS.get(curve["name"], curve["name"])
         axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
-    axes.set_xlabel(r"depth $\hat\delta/\mu$")
+    axes.set_xlabel(r"indentation $\hat\delta/\mu$")
     axes.set_ylabel(drawing.FORCE)
     # Shows the tension of an elastic contact and the large compression of a glassy one on one axis.
     axes.set_yscale("asinh", linear_width=1.0)

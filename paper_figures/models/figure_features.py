@@ -89,7 +89,7 @@ def draw_shares(axes: Axes, efficiency: dict[str, Any]) -> None:
         curves.append((f"{share['percent']:.3g} %", shades(0.9 * (index + 1) / len(shares)), share["folds"][FOLD]))
     for label, color, trained in curves:
         models_style.draw_curve(axes, trained["history"], {"color": color, "marker": "o"}, label)
-    _legend_below(axes, ncols=2)
+    _legend_below(axes, ncols=2, title="share of the training trajectories")
 
 
 def draw_by_paper_recipe(axes: Axes, comparison: Any) -> None:

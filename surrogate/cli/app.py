@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from bem import __version__
-from bem._support.command_line import add_version, run_command
+from bem._support.command_line import HELP_NAMES, add_version, run_command
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import Outputs, require_suffix
 from bem._support.wording import shown
@@ -26,6 +26,8 @@ from surrogate.training.stopping import STOPPED, stop_request
 
 app = typer.Typer(
     cls=UnitGroup,
+    context_settings=HELP_NAMES,
+    rich_markup_mode="markdown",
     help="Sequence models that imitate the contact solver.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -68,7 +70,7 @@ def train(
     name: Annotated[str, typer.Argument(help="Name of an architecture; `surrogate list` shows them.")],
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
-    features: Annotated[str, typer.Option(help="Feature set, A to F.")] = "D",
+    features: Annotated[str, typer.Option(help="Feature set, A to D.")] = "D",
     epochs: EpochsOption = None,
     seed: SeedOption = None,
     split_seed: Annotated[int, typer.Option(help="Seed of the split into training, validation and test set.")] = 0,

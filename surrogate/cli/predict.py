@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -98,7 +98,7 @@ def predict(
     modulus_ratio: RatioOption = None,
     material: MaterialOption = None,
     coverage: CoverageOption = None,
-    backend: Annotated[str, typer.Option(help="Backend, onnx or keras.")] = "onnx",
+    backend: Annotated[Literal["onnx", "keras"], typer.Option(help="What evaluates the network.")] = "onnx",
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:

@@ -7,10 +7,11 @@ import warnings
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+
+from bem._support.command_line import Commands
 
 
-class UnitGroup(TyperGroup):
+class UnitGroup(Commands):
     """Commands, of which `predict` with a radius is the one in SI units."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

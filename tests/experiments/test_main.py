@@ -41,8 +41,8 @@ def test_an_unknown_study_is_one_sentence(name, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["persson_brener"], "Missing argument 'CONFIG.toml'"),
-        (["dataset_statistics", "--architecture", "a.py"], "No such option: --architecture"),
+        (["persson_brener"], "CONFIG.toml must be given"),
+        (["dataset_statistics", "--architecture", "a.py"], "that --help lists; received --architecture"),
         (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
         (["model_comparison", "models", "no/file.h5"], "data set 'no/file.h5' not found"),
         (["amortisation", "README.md", "a.h5", "models"], "result file 'README.md' must be JSON; Expecting value"),

@@ -42,7 +42,7 @@ def failed() -> None:
         (study, ["2"], 0, ""),
         (study, ["2", "--stop"], 75, ""),
         (study, ["0"], 2, ": count must be at least 1; received 0\n"),
-        (study, ["x"], 2, "is not a valid int"),
+        (study, ["x"], 2, ": count must be an integer; received 'x'\n"),
         (failed, [], 1, ": a training failed; its log is in 'runs'\n"),
     ],
 )
@@ -78,8 +78,17 @@ CYCLE = "--peak-indentation 2 --loading-rate 10 --unloading-rate 10"
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ("bem --sideways", "bem: No such option"),
-        ("surrogate --sideways", "surrogate: No such option"),
+        ("bem --sideways", "bem: options must be those that --help lists; received --sideways"),
+        ("surrogate --sideways", "surrogate: options must be those that --help lists; received --sideways"),
+        ("bem nonsense", "bem: the command must be one of simulate, simulate-si, fit,"),
+        ("bem simulate extra", "bem: options must have names, as --help lists them; received extra"),
+        ("bem simulate --tabor", "bem: --tabor must have a value; received none"),
+        ("bem simulate --tabor soft", "bem: --tabor must be a number; received 'soft'"),
+        ("bem simulate --adhesion glue", "bem: --adhesion must be one of 'lennard-jones', 'constant-stress',"),
+        ("bem fit no.csv", "bem: --radius must be given; received none"),
+        ("bem fit no.csv --radius 5um", "bem: the file must be accessible; received no.csv"),
+        ("surrogate predict", "surrogate: name must be given; received none"),
+        ("surrogate predict fast --tabor -1", "surrogate: --tabor must be a finite number at least 1e-06"),
         (f"bem simulate --tabor -1 {CYCLE}", "bem: --tabor must be a finite number at least 1e-06"),
         ("bem simulate --loading-rate 1", "bem: --peak-indentation, --unloading-rate must be given"),
         (
@@ -105,7 +114,8 @@ def test_sentence_is_one_bounded_line():
         assert "\n" not in sentence(error)
         assert len(sentence(error)) < 2100
     assert sentence(ValueError("short  one\nhere")) == "short one here"
-    assert sentence(PermissionError(13, "Permission denied", "a.csv")) == "Permission denied: a.csv"
+    refused = sentence(PermissionError(13, "Permission denied", "a.csv"))
+    assert refused == "the file must be accessible; received a.csv (Permission denied)"
 
 
 @pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app.app), ("surrogate", surrogate.cli.app.app)])

@@ -8,7 +8,7 @@ import pytest
 
 from bem._support.outputs import Outputs, require_output, whole_file, write_whole
 
-UNWRITABLE = "Expected an output file that can be written; received "
+UNWRITABLE = "the output file must be a place that can be written; received "
 
 
 def listing(folder):
@@ -76,10 +76,10 @@ def test_places_that_cannot_be_written(tmp_path):
             require_output(path)
     with pytest.raises(ValueError, match="which is a directory itself"):
         require_output(tmp_path)
-    with pytest.raises(ValueError, match="different output files"):
+    with pytest.raises(ValueError, match="the output files must be different"):
         Outputs(tmp_path / "a.csv", tmp_path / "a.csv")
     for paths in ((Path("-"),), (Path("-"), tmp_path / "a.csv")):
-        with pytest.raises(ValueError, match=r"^Expected the name of an output file, .*standard output; received -$"):
+        with pytest.raises(ValueError, match=r"^the output file must have a name, .*; received -$"):
             Outputs(*paths)
     require_output(tmp_path / f"{'n' * 250}.csv")
     assert list(tmp_path.iterdir()) == []

@@ -12,5 +12,11 @@ def test_many_choices_are_counted():
     assert listed(MODELS, "M1-conat").endswith(" or 15 others")
 
 
+def test_without_an_alike_choice_many_are_not_all_listed():
+    text = listed([f"model-{number}" for number in range(50)] + ["accurate", "fast"], "xyz")
+    assert text.startswith("fast, ")
+    assert text.endswith(" or 40 others")
+
+
 def test_without_an_alike_choice_all_are_listed():
     assert listed(MODELS, "xyz").split(", ") == MODELS

@@ -96,25 +96,29 @@ OPTIONS = {
         ("simulate", {"radius": "-1"}, "radius must be a finite number greater than 0"),
         ("simulate", {"radius": "many"}, "radius must be a length, such as '50 um'; received 'many'"),
         ("simulate", {"unloading_rate": "-1e-6"}, "(in 300 pm and 100 ms)"),
-        ("simulate", {"plot": "a.doc"}, "Expected an output file called .png"),
-        ("simulate", {"force_sign": "up"}, "--force-sign must be 'tension' or 'compression'"),
+        ("simulate", {"plot": "a.doc"}, "the output file must be called .png"),
+        ("simulate", {"force_sign": "up"}, "--force-sign must be one of 'tension', 'compression'; received 'up'"),
         (
             *("simulate", dict.fromkeys(CYCLE) | {"times": "0,1", "forces": "1,1"}),
             "the simulation did not complete: not started: no contact bears the prescribed force",
         ),
-        ("simulate", {"csv": "-"}, "which cannot be standard output; received -"),
-        ("campaign", {}, "Expected an output file called .h5 or .hdf5; received -"),
-        ("merge a.h5", {}, "Expected an output file called .h5 or .hdf5; received -"),
+        (
+            "simulate",
+            {"csv": "-"},
+            "the output file must have a name, since standard output is for the summary; received -",
+        ),
+        ("campaign", {}, "the output file must be called .h5 or .hdf5; received -"),
+        ("merge a.h5", {}, "the output file must be called .h5 or .hdf5; received -"),
         ("fit curve.csv", {}, "the approach shows no contact"),
-        ("fit curve.csv", {"plot": "a.txt"}, "Expected an output file called .png"),
-        *(("fit curve.csv", {"out": name}, "Expected an output file called .json") for name in ("a.txt", "-")),
+        ("fit curve.csv", {"plot": "a.txt"}, "the output file must be called .png"),
+        *(("fit curve.csv", {"out": name}, "the output file must be called .json") for name in ("a.txt", "-")),
         ("fit curve.csv", {"material": "rubber"}, "or an entry of the materials library"),
         (
             *("fit curve.csv", {"material": "sylgard_184", "retardation_time": "1s"}),
             "must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
         ),
         ("fit curve.csv", {"radius": "0"}, "radius must be a finite number greater than 0"),
-        ("fit curve.csv", {"range": "1um"}, "No such option: --range"),
+        ("fit curve.csv", {"range": "1um"}, "options must be those that --help lists; received --range"),
     ],
 )
 def test_mistake_writes_nothing(tmp_path, monkeypatch, capsys, command, changes, message):
@@ -158,7 +162,7 @@ def test_forces_in_place_of_a_cycle(tmp_path):
     assert "pull-off force (tension)   none" in simulated(**held).output
     assert "are the units right?" in simulated(**held, modulus="20").output
     refused = CliRunner().invoke(app, ["simulate-si", *options(CONTACT | {"times": "0,1"})])
-    assert "times and forces must be given together" in str(refused.exception)
+    assert "--times and --forces must be given together" in str(refused.exception)
 
 
 def afm_map(path):

@@ -78,7 +78,7 @@ def test_failures_are_recorded_with_reasons(out, tmp_path):
 
 def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
     def refused(*_):
-        raise ValueError("Expected an output file that can be written")
+        raise ValueError("the output file must be a place that can be written")
 
     data, seen = undisturbed.read_bytes(), []
     monkeypatch.setattr("bem.dataset.run.require_output", refused)
@@ -115,7 +115,7 @@ def test_link_stays_and_target_is_written(tmp_path):
     assert len(load_dataset(tmp_path / "there" / "real.h5")) == 10
     link.unlink()
     link.symlink_to(link)
-    with pytest.raises(ValueError, match="Expected an output file that can be written"):
+    with pytest.raises(ValueError, match="the output file must be a place that can be written"):
         run_campaign(Campaign(count=10), link, solver=stand_in.solve, workers=1)
 
 
@@ -158,15 +158,15 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
         assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (2, True, 1)
     assert not path.is_file() or path.read_bytes() == data
     result = command("merge", undisturbed, "--out", tmp_path / "c.txt")
-    assert (result.exit_code, "Expected an output file called .h5 or .hdf5" in result.stderr) == (2, True)
+    assert (result.exit_code, "the output file must be called .h5 or .hdf5" in result.stderr) == (2, True)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message", "code"),
     [
         (["--out", "/proc/nowhere/data.h5"], "cannot write beside '/proc/nowhere/data.h5'", 1),
-        (["--out", "."], "Expected an output file called .h5 or .hdf5", 2),
-        (["--out", "c.txt", "--shard", "1/2"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
+        (["--out", "."], "the output file must be called .h5 or .hdf5", 2),
+        (["--out", "c.txt", "--shard", "1/2"], "the output file must be called .h5 or .hdf5; received c.txt", 2),
         (["--out", "loop.h5"], "Too many levels of symbolic links", 2),
         (["--out", "x.h5", "--accuracy", 10**5 * "x"], "accuracy must be", 2),
         (["--out", "x.h5", "--range", "tabor=1:2", "--range", "tabor=2:3"], "received 'tabor' twice", 2),

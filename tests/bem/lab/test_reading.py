@@ -150,7 +150,7 @@ def test_an_afm_file_is_read_through_afmformats(tmp_path):
     np.testing.assert_allclose(stiffer.tension, 2.0 * found.tension)
     np.testing.assert_allclose(stiffer.indentation, found.indentation)
     (tmp_path / "b.h5").write_bytes(b"nothing")
-    with pytest.raises(ValueError, match="Expected a CSV or an AFM file that afmformats reads"):
+    with pytest.raises(ValueError, match="a measured curve must be a CSV or an AFM file that afmformats reads"):
         ForceCurve.read(tmp_path / "b.h5")
 
 
@@ -159,7 +159,7 @@ def test_volts_become_forces_by_the_sensitivity(tmp_path):
     height, volts = np.linspace(0.0, 1000.0, 50), np.linspace(2.0, 0.0, 50)
     np.savetxt(tmp_path / "a.txt", np.column_stack([height, volts, volts]), delimiter="\t")
     given = {"speed": 1e-6, "stiffness": "0.1 N/m", "force_sign": "compression"}
-    needed = r"no column of a known name.*as a file of an instrument: Expected .*--sensitivity.*Please specify"
+    needed = r"no column of a known name.*as a file of an instrument: the AFM file must .*--sensitivity.*Please specify"
     with pytest.raises(ValueError, match=needed):
         ForceCurve.read(tmp_path / "a.txt", **given)
     found = ForceCurve.read(tmp_path / "a.txt", sensitivity="50 nm/V", **given)

@@ -116,7 +116,7 @@ def test_a_viscoelastic_contact_at_an_effective_range_is_warned_of():
         ({"equilibrium_gap": 1.0}, "the Tabor parameter of a setup must be at least 1e-06"),
         *(({"stiffness": value}, "stiffness must be") for value in (0.0, -1.0, np.nan, "soft")),
         ({"material": StandardLinearSolid(0.2)}, "must be given for a StandardLinearSolid; received None"),
-        ({"size": 1.0}, r"Expected quantities of a setup; received \['size'\]"),
+        ({"size": 1.0}, r"the names must be quantities of a setup; received \['size'\]"),
     ],
 )
 def test_what_is_no_setup_is_one_sentence(changes, message):

@@ -71,11 +71,11 @@ def test_users_file_is_read_and_shifted(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("caution", "warning"), "Expected caution in"),
+        (("caution", "warning"), "must have caution"),
         (("relaxed_modulus = 1e4", "relaxed_modulus = -1.0"), "relaxed_modulus must be a finite number greater than 0"),
-        (("relaxation_times", "times"), "Expected relaxation_moduli and relaxation_times of prony"),
+        (("relaxation_times", "times"), "must have relaxation_moduli and relaxation_times"),
         (("title", "colour = 'red'\ntitle"), r"received \['colour'\]"),
-        (("[wlf]", "[wlf"), "Expected a TOML file of a material"),
+        (("[wlf]", "[wlf"), "a material must be a TOML file"),
         (('"A gel"', "5"), r"title must be text in .*; received 5"),
         (("[prony]", "[[prony]]"), r"prony must be a table in .*; received \[\{"),
         (("[wlf]", "[[wlf]]"), "wlf must be a table in"),

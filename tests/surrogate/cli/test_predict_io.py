@@ -80,7 +80,7 @@ def test_other_mistakes(command, program, tmp_path):
         ([*whole, "--out", tmp_path / "out.txt"], "called .csv or .json"),
         ([*whole, "--out", tmp_path / "none" / "out.csv"], "a directory that exists"),
         ([*whole, "--plot", tmp_path / "p.bmp"], "called .png or"),
-        ([*whole, "--backend", "torch"], "backend must be one of onnx, keras; received 'torch'"),
+        ([*whole, "--backend", "torch"], "--backend must be one of 'onnx', 'keras'; received 'torch'"),
         ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, which is not one"),
         (["M1-concat", *solids], "protocols must have no modulus_ratio for M1-concat, which knows one material"),
         ([*whole, "--coverage", 0.9], "--coverage must go with fast or accurate, which know it"),
@@ -94,7 +94,7 @@ def test_other_mistakes(command, program, tmp_path):
     for words, expected in (
         (
             ["fast", *whole[1:], "--modulus-ratio", 2],
-            "modulus_ratio must be a finite number greater than 0 and at most 1; rec",
+            "--modulus-ratio must be a finite number greater than 0 and at most 1; rec",
         ),
         (
             ["fast", *solids, "--modulus-ratio", 0.2],
