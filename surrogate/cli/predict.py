@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,6 +20,9 @@ RATIO = "modulus_ratio"
 USUAL_MODULUS_RATIO = 0.1
 """Modulus ratio of the published data set, where neither a model nor the user says another."""
 
+_in_protocol, _in_solid, _in_output = (
+    partial(typer.Option, rich_help_panel=panel) for panel in ("Protocol", "Solid", "Output")
+)
 ArchitectureOption = Annotated[
     list[Path] | None,
     typer.Option(help="Python file that registers an architecture. May be repeated."),
@@ -26,53 +30,54 @@ ArchitectureOption = Annotated[
 FoundOption = Annotated[
     Path | None, typer.Option(help="Directory of published models. Default: those that `surrogate.load` searches.")
 ]
-
-
 NameArgument = Annotated[
     str, typer.Argument(help="fast, accurate, name of a published model, folder (./NAME), or ONNX file.")
 ]
 TaborOption = Annotated[
-    float | None, typer.Option(help="Tabor parameter.", show_default=f"{FIRST_TABOR:g}, without --in")
+    float | None, _in_protocol(help="Tabor parameter mu.", show_default=f"{FIRST_TABOR:g}, without --in")
 ]
 PeakOption = Annotated[
     float | None,
-    typer.Option(help="Indentation during the dwell, in h0.", show_default=first_default("peak_indentation")),
+    _in_protocol(help="Indentation during the dwell, in h0.", show_default=first_default("peak_indentation")),
 ]
 LoadingOption = Annotated[
     float | None,
-    typer.Option(help="In h0 per retardation time.", show_default=first_default("loading_rate")),
+    _in_protocol(help="Speed of approach, in h0 per retardation time.", show_default=first_default("loading_rate")),
 ]
 DwellOption = Annotated[
-    float | None, typer.Option(help="In retardation times.", show_default=first_default("dwell_time"))
+    float | None, _in_protocol(help="Time at the peak, in retardation times.", show_default=first_default("dwell_time"))
 ]
 UnloadingOption = Annotated[
     float | None,
-    typer.Option(help="In h0 per retardation time.", show_default=first_default("unloading_rate")),
+    _in_protocol(help="Speed of withdrawal, in h0 per retardation time.", show_default=first_default("unloading_rate")),
 ]
-InOption = Annotated[Path | None, typer.Option("--in", help="Protocols, .csv or .json; see the user's guide.")]
+InOption = Annotated[Path | None, _in_protocol("--in", help="Protocols, .csv or .json; see the user's guide.")]
 OutOption = Annotated[
     Path | None,
-    typer.Option(help="File for the trajectories, .csv or .json. A .csv of protocols from --in has a row of each."),
+    _in_output(help="File for the trajectories, .csv or .json. A .csv of protocols from --in has a row for each."),
 ]
-StepsOption = Annotated[bool, typer.Option("--steps", help="Also write the protocols of --in to .csv step by step.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")]
+StepsOption = Annotated[
+    bool,
+    _in_output("--steps", help="Write a row for each step of the protocols of --in to .csv, not for each protocol."),
+]
+JsonOption = Annotated[bool, _in_output("--json", help="Print scalars and arrays as JSON.")]
 PlotOption = Annotated[
     Path | None,
-    typer.Option(
+    _in_output(
         help="Image of the force over time and over indentation. On a terminal, a new prediction.png by default."
     ),
 ]
 CheckOption = Annotated[bool, typer.Option(help="Also run the solver, and report the errors.")]
 RatioOption = Annotated[
     float | None,
-    typer.Option(
+    _in_solid(
         help="Modulus ratio of the solid for fast and accurate, 0.1 by default; of the solver in the check of another "
         "model. Default: the model's."
     ),
 ]
 MaterialOption = Annotated[
     str | None,
-    typer.Option(
+    _in_solid(
         help="Solid for fast and accurate, as of `bem simulate`: elastic, sls:K, prony:C1@T1,C2@T2,..., an entry of "
         "the materials library, or a .toml file."
     ),
