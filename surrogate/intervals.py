@@ -73,6 +73,9 @@ class SolidIntervals:
             features: Shape (batch, n).
             errors: Of the targets, shape (batch, targets).
             curve_errors: Of the curve, shape (batch, steps).
+
+        Returns:
+            Intervals whose half-widths are `UNSEEN` times the expected sizes.
         """
         overall = np.sqrt(np.mean(curve_errors**2, axis=1, keepdims=True))
         own = cls._of_sizes(features, np.column_stack([np.abs(errors), overall]), np.ones((GROUPS, 1)))

@@ -86,6 +86,9 @@ def around_pull_off(
         protocols: the five quantities, the start and the pull-off time, float64 (7, B).
         moduli, relaxations: relaxation strengths and times, (B, m).
         counts: points of loading, dwell and unloading, (3,).
+
+    Returns:
+        Instants, from 0 on, and indentations.
     """
     batch = protocols.shape[1]
     loading, dwell, unloading = counts

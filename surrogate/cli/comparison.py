@@ -55,7 +55,7 @@ def readable(number: int, curve: Any, check: dict[str, Any] | None) -> str:
     if curve.pull_off_interval is not None:
         notes = [f"no band: outside the training of {curve.model}"]
         if not curve.extrapolated:
-            intervals = {name: "{:.5g} to {:.5g}".format(*getattr(curve, name)) for name in INTERVALS}
+            intervals = {name: _interval(*getattr(curve, name)) for name in INTERVALS}
             half = sorted(0.5 * (curve.force_upper - curve.force_lower))
             notes = [
                 f"{100 * curve.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in "
@@ -75,6 +75,12 @@ def readable(number: int, curve: Any, check: dict[str, Any] | None) -> str:
     if check is not None:
         notes.append(check_words(check))
     return "\n".join([plain_table(rows if intervals else [row[:2] + row[3:] for row in rows]), "", *notes]).rstrip()
+
+
+def _interval(low: float, high: float) -> str:
+    """An interval with as many digits as its ends need to differ."""
+    digits = next((digits for digits in range(5, 10) if f"{low:.{digits}g}" != f"{high:.{digits}g}"), 5)
+    return f"{low:.{digits}g} to {high:.{digits}g}"
 
 
 def check_words(check: dict[str, Any]) -> str:
