@@ -104,11 +104,11 @@ def calls_text(gradients: Any, accuracy_cost: Any, published: Path) -> str:
 
 def error_of(accuracy_cost: Any, name: str) -> str:
     """Median and 95th percentile of the error of the pull-off force, in percent."""
-    setting = name.replace("solver", "standard")
+    solver = {"solver": ("solver", "standard"), "draft": ("solver", "draft")}.get(name)
     errors = next(
         tool["errors"]["pull_off_force"]
         for tool in accuracy_cost["tools"]
-        if name in (tool["kind"], tool.get("model")) or (tool["kind"], tool["setting"]) == ("solver", setting)
+        if ((tool["kind"], tool["setting"]) == solver if solver else name in (tool["kind"], tool.get("model")))
     )
     return ", ".join(number(100.0 * errors[level], 2) for level in ("median", "p95"))
 
