@@ -129,7 +129,7 @@ def test_each_extrapolation_warns_once(command):
 
 
 def test_no_band_outside_the_training(program, tmp_path, recwarn):
-    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.009, "--out", tmp_path / "out.csv")
+    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.0085, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
     assert "trajectory 0 extrapolates: modulus_ratio 0.0085, outside 0.01 to 1" in err
     assert "interval" not in out
