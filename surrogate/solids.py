@@ -175,8 +175,12 @@ class SolidSurrogate:
         paths = paths * len(scenes) if len(paths) == 1 else paths
         coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
         tabor = tabor_parameters(scenes, len(paths))
-        if strange := [path for path in paths if not isinstance(path, LoadingProtocol) or path.dwell_time <= 0.0]:
+        if strange := [path for path in paths if not isinstance(path, LoadingProtocol)]:
             raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
+        if any(path.dwell_time <= 0.0 for path in paths):
+            raise ValueError(
+                f"protocol must be one with a dwell, as in the training of {self.name}; received dwell_time 0"
+            )
         if default := [path for path in paths if path.start_indentation is not None]:
             raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
         if not paths:
