@@ -13,7 +13,7 @@ from bem.cli.app import app
 from bem.dataset.cases import described, restored
 from bem.methods.closed_forms import hertz, jkr
 from bem.problem.indenter import depth_factor, tension_without_deformation
-from surrogate.validity import contacts
+from surrogate.validity import tabor_parameters
 from tests.processes import succeeded
 
 
@@ -59,7 +59,7 @@ def test_rigid_attraction_sums_the_surface(exponent, gap):
 def test_shape_is_written_only_if_given():
     scene = Scene(1.0, indenter=PowerLaw(3.0))
     with pytest.raises(ValueError, match="scene must have Lennard-Jones adhesion, a paraboloid"):
-        contacts(scene, 1)  # by a surrogate
+        tabor_parameters(scene, 1)  # by a surrogate
     assert restored(json.loads(json.dumps(described(scene)))) == scene
     assert "indenter" not in described(Scene(1.0))
     assert restored(described(Scene(1.0))) == Scene(1.0)
