@@ -6,7 +6,7 @@
 import { polynomial, standardised, type Arrays } from "./network";
 
 /** How far outside its range a feature may lie, in widths of it. */
-const TOLERANCE = 0.02;
+const TOLERANCE = 1e-3;
 
 /** Half-widths of the targets and, as multiples of the shape, of the force at each step and of the whole curve. */
 export function halfWidths(features: readonly number[], elastic: boolean, arrays: Arrays): { half: number[]; shape: Float64Array } {

@@ -64,9 +64,3 @@ def pieces(parts: Sequence[Part]) -> Iterator[Part]:
     """Divide parts into pieces of at most `AT_ONCE` trajectories."""
     for dataset, rows in parts:
         yield from ((dataset, rows[first : first + AT_ONCE]) for first in range(0, len(rows), AT_ONCE))
-
-
-def joined_examples(parts: Sequence[Part], scaling: Scaling) -> Examples:
-    """Return the scaled trajectories of several parts, one after the other."""
-    scaled = [vars(scaled_examples(*piece, scaling)).values() for piece in pieces(parts)]
-    return Examples(*map(np.concatenate, zip(*scaled, strict=True)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from surrogate.data.solid_features import FEATURES, PLAIN
 
-TOLERANCE, MARGIN = 0.02, 0.1
+TOLERANCE, MARGIN = 1e-3, 0.1
 """How far outside its range a feature may lie, in widths of it: as inside, and with a warning."""
 QUANTILE = 0.9995
 """Share of the training that is not farther than the limit of the distance."""

@@ -10,7 +10,7 @@ import surrogate
 from bem import Elastic, PronySeries, StandardLinearSolid, simulate
 from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
 from bem.methods.closed_forms import jkr
-from bem.results.plots import COLOURS
+from bem.results.plots import COLOURS, smooth
 from tests.bem.lab import measurement
 
 AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}
@@ -61,9 +61,13 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
     for drawn, scale in ((found, 1.0), (pressed, -setup.force_scale)):
         loop = drawn.plot().axes[1]
         across = loop.collections[0].get_paths()[0].vertices[:, 1]
-        ends = np.sort(scale * np.array([found.force_lower.min(), found.force_upper.max()]))
-        # A band is drawn smoothly between the steps, whose highest it may pass a little.
-        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-5)
+        # Between the steps the force is drawn smoothly, and the band around it.
+        times, _, force = smooth(found)
+        lower, upper = (
+            force + np.interp(times, found.time, end - found.force) for end in (found.force_lower, found.force_upper)
+        )
+        ends = np.sort(scale * np.array([lower.min(), upper.max()]))
+        np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
         assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
         assert loop.lines[1].get_color() == COLOURS["fast"]
         assert [line.get_marker() for line in loop.lines].count("o") == found.detached
