@@ -58,13 +58,14 @@ def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
         np.testing.assert_array_equal(sign.force_lower, -curve.force_upper)
         assert sign.pull_off_interval == curve.pull_off_interval
     assert np.all(pressed.force_lower <= pressed.force_upper)
-    for drawn in (found, pressed):
+    # A trajectory and its band are drawn smoothly between the steps, a force curve by its records.
+    times, _, force = smooth(found)
+    smoothly = (
+        force + np.interp(times, found.time, end - found.force) for end in (found.force_lower, found.force_upper)
+    )
+    for drawn, (lower, upper) in ((found, smoothly), (pressed, (pressed.force_lower, pressed.force_upper))):
         loop = drawn.plot().axes[1]
         across = loop.collections[0].get_paths()[0].vertices[:, 1]
-        # Between the steps the force is drawn smoothly, and the band around it.
-        times, _, force = smooth(drawn)
-        bands = (drawn.force_lower, drawn.force_upper)
-        lower, upper = (force + np.interp(times, drawn.time, end - drawn.force) for end in bands)
         ends = [lower.min(), upper.max()]
         np.testing.assert_allclose([across.min(), across.max()], ends, rtol=1e-6)
         assert [text.get_text() for text in loop.get_legend().get_texts()] == [found.model, "90 % band"]
