@@ -102,12 +102,12 @@ def test_solids_and_bands_in_files(program, tmp_path):
 
 
 def test_table_has_a_row_for_each_solid(program, tmp_path):
-    ratios = [0.0085, 0.1, 0.008, 0.7]
+    ratios = [0.009, 0.1, 0.0095, 0.7]
     (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
     words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
     code, out, err = program("predict", "fast", *words, "--check")
     assert (code, out.count("\n"), err.count("\n")) == (0, 2, 1)
-    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio 0.0085, outside 0.01 to 1" in err
+    assert "2 of 4 trajectories extrapolate; trajectory 0 extrapolates: modulus_ratio 0.009, outside 0.01 to 1" in err
     table = rows(tmp_path / "table.csv")
     assert [float(row["modulus_ratio"]) for row in table] == ratios
     assert [bool(row["extrapolated"]) for row in table] == [True, False, True, False]
@@ -129,9 +129,9 @@ def test_each_extrapolation_warns_once(command):
 
 
 def test_no_band_outside_the_training(program, tmp_path, recwarn):
-    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.0085, "--out", tmp_path / "out.csv")
+    code, out, err = program("predict", "accurate", *ONE, "--modulus-ratio", 0.009, "--out", tmp_path / "out.csv")
     assert (code, err.count("\n")) == (0, 1)
-    assert "trajectory 0 extrapolates: modulus_ratio 0.0085, outside 0.01 to 1" in err
+    assert "trajectory 0 extrapolates: modulus_ratio 0.009, outside 0.01 to 1" in err
     assert "interval" not in out
     assert "no band: outside the training of accurate" in out
     assert not [one for one in recwarn if issubclass(one.category, ExtrapolationWarning)]
