@@ -6,7 +6,7 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 from typing import Self
 
@@ -132,13 +132,6 @@ class Hidden:
         """Draw protocols in the paper's ranges."""
         drawn = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
         return cls(drawn if "modulus_ratio" in drawn else drawn | {"modulus_ratio": np.full(count, modulus_ratio)})
-
-    @classmethod
-    def corners(cls, modulus_ratio: float) -> Self:
-        """All corners of the paper's ranges, 32 protocols."""
-        columns = np.array(list(product(*PAPER_RANGES.values()))).T
-        quantities = dict(zip(PAPER_RANGES, columns, strict=True))
-        return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
 
     def __len__(self) -> int:
         return len(self.quantities["tabor"])

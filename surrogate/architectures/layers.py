@@ -1,6 +1,6 @@
 """Layers for the conditioning on the Tabor parameter: a channel, FiLM, or a gate between two representations.
 
-Source: the paper's appendix "Tabor-Conditioning Mechanisms". `ChosenSteps` is not the paper's; `fast` begins with it.
+Source: the paper's appendix "Tabor-Conditioning Mechanisms".
 
 These layers are registered with Keras under the package name `surrogate` and define `get_config`, so that Keras can
 serialise models. Weights files store their sublayers under readable names.
@@ -8,7 +8,6 @@ serialise models. Weights files store their sublayers under readable names.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import keras
@@ -119,30 +118,3 @@ class TaborGate(Layer):
         """Combine the two representations."""
         weights = ops.expand_dims(self.weighting(self.context(tabor)), axis=1)
         return weights[:, :, :1] * first + weights[:, :, 1:] * second
-
-
-@keras.saving.register_keras_serializable(package="surrogate")
-class ChosenSteps(Layer):
-    """The channels of a history at some of its steps, side by side.
-
-    Args:
-        steps: Numbers of these steps.
-
-    Call argument: a 3D tensor of shape `(batch, steps, channels)`. Output: a 2D tensor of shape `(batch, chosen steps *
-    channels)`.
-    """
-
-    arguments = ("steps",)
-
-    def __init__(self, steps: Sequence[int], **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.steps = [int(step) for step in steps]
-
-    def call(self, sequence: Any) -> Any:
-        """Choose the steps."""
-        chosen = ops.take(sequence, self.steps, axis=1)
-        return ops.reshape(chosen, (-1, len(self.steps) * sequence.shape[-1]))
-
-    def compute_output_shape(self, sequence_shape: tuple) -> tuple:
-        """Return the shape of all chosen channels side by side."""
-        return (sequence_shape[0], len(self.steps) * sequence_shape[-1])

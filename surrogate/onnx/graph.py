@@ -27,9 +27,6 @@ class Value:
     __mul__, __rmul__ = _sign("Mul")
     __truediv__, __rtruediv__ = _sign("Div")
     __matmul__, _ = _sign("MatMul")
-    __and__, _ = _sign("And")
-    __or__, _ = _sign("Or")
-    __gt__, __lt__ = _sign("Greater")
 
     def __init__(self, graph: OnnxGraph, name: str) -> None:
         self.graph, self.name = graph, name

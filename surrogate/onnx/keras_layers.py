@@ -202,7 +202,6 @@ def _attention(layer: Any, *inputs: Value) -> Value:
 _LAYERS: dict[str, Callable[..., Value]] = {
     "AppendTabor": _append,
     "Add": _add,
-    "ChosenSteps": lambda layer, sequence: sequence.pick(*layer.steps).to("Reshape", [0, -1]),
     "Conv1D": _convolve,
     "Dense": _dense,
     "Dropout": lambda _, source: source,  # without effect in prediction

@@ -2,21 +2,17 @@ import numpy as np
 import pytest
 
 from bem import simulate
-from bem.dataset.designs import PAPER_RANGES
 from experiments.cases import EDGES, Case, Hidden, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import gradients, outside_ranges
 from tests.experiments.models import DRAW, shallow
 
-CORNERS = Hidden.corners
-
 
 @pytest.fixture(autouse=True)
 def draft(monkeypatch):
-    """The solver at its quickest, of shallow protocols; of the corners, one."""
+    """The solver at its quickest, of shallow protocols."""
 
     monkeypatch.setattr(Hidden, "draw", shallow)
-    monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
     def simulated(case, accuracy):
         assert accuracy in (*gradients.SOLVERS.values(), gradients.FINE)
@@ -30,11 +26,6 @@ def test_hidden_protocols_in_paper_ranges():
     assert set(single.quantities["modulus_ratio"]) == {0.1}
     assert len(set(several.quantities["modulus_ratio"])) == 3
     assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
-    corners = CORNERS(0.1).quantities
-    assert len({*zip(*corners.values(), strict=True)}) == 32
-    assert {
-        name: (values.min(), values.max()) for name, values in corners.items() if name in PAPER_RANGES
-    } == PAPER_RANGES
 
 
 class Oracle:
