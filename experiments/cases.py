@@ -12,9 +12,23 @@ from typing import Self
 
 import numpy as np
 
-from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import (
+    ConstantStress,
+    Elastic,
+    Exponential,
+    HardContact,
+    LennardJones,
+    LoadingProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    simulate,
+)
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.problem.materials import Material
+from bem.problem.tractions import TractionLaw
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -25,6 +39,8 @@ RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
 BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
+LAWS = (LennardJones(), LennardJones(), ConstantStress(), Exponential())
+"""Laws of random contacts; half of them have that of the paper."""
 EDGES = {
     "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
     "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
@@ -121,6 +137,24 @@ def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dic
     return columns
 
 
+def between(random: np.random.Generator, low: float, high: float) -> float:
+    """A number drawn log-uniformly."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def random_contact(
+    random: np.random.Generator, number: int, tabors: tuple[float, float], ratios: tuple[float, float]
+) -> tuple[float, Material, LennardJones | TractionLaw]:
+    """Tabor parameter, solid and law; odd numbers have a Prony series, even ones a standard linear solid."""
+    tabor, ratio = between(random, *tabors), between(random, *ratios)
+    material: Material = StandardLinearSolid(ratio)
+    if number % 2:
+        terms = int(random.integers(2, 5))
+        strengths = (1.0 - ratio) * random.dirichlet(np.ones(terms))
+        material = PronySeries(strengths, 10.0 ** random.uniform(-1.5, 1.5, terms))
+    return tabor, material, LAWS[int(random.integers(len(LAWS)))]
+
+
 @dataclass(frozen=True)
 class Hidden:
     """Protocols off the paper's grid, which no training has seen, as columns, with their modulus ratio."""
@@ -148,11 +182,6 @@ class Hidden:
         """Simulate one after the other."""
         for row in rows_of(self.quantities):
             yield Case.of(row).simulated(accuracy)
-
-
-def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:
-    """Pull-off force and hysteresis, of shape (n, 2)."""
-    return np.array([(trajectory.pull_off_force, trajectory.hysteresis) for trajectory in trajectories])
 
 
 def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -16,7 +16,7 @@ import numpy as np
 import typer
 
 import surrogate
-from experiments.cases import RANGES, Hidden, results_of
+from experiments.cases import RANGES, Hidden
 from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
@@ -78,7 +78,7 @@ def gradient_seconds(models: dict[str, Any], hidden: Hidden) -> dict[str, float]
         for name, model in models.items()
     }
     for name, target in SOLVERS.items():
-        calls[name] = (lambda turn, a=target: results_of(some[turn].simulated(a)), few)
+        calls[name] = (lambda turn, a=target: [(t.pull_off_force, t.hysteresis) for t in some[turn].simulated(a)], few)
     seconds = in_turn(calls, ROUNDS)
     return seconds | {name: 2 * len(QUANTITIES) * seconds[name] for name in SOLVERS}
 
