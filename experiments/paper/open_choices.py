@@ -29,26 +29,12 @@ from experiments.paper.error_statistics import statistics
 from experiments.paper.fms_transfer import held_out
 from experiments.published_models import PAPER_TRAINED, REFERENCE, WORDED, by_recipe, paper_mse, read_model
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.metrics import dtw_rmse, hysteresis, nmae, pull_off, relative_error
+from surrogate.data.metrics import dtw_rmse, physical_errors, relative_error
 from surrogate.data.scaling import symlog
 
 Steps = Callable[[Case], tuple[np.ndarray, np.ndarray]]
 THRESHOLDS = (0.01, 0.1, 1.0, 10.0)
 """Of the symmetric logarithm, in pi R dgamma; the repository's is 1."""
-
-
-def percents(
-    grid: tuple[np.ndarray, np.ndarray], predicted: np.ndarray, reference: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Errors that do not depend on the threshold, in percent, each of shape (trajectories,); forces are physical."""
-    (force, time), (true_force, true_time) = (pull_off(grid[0], f, FIRST_UNLOADING) for f in (predicted, reference))
-    loops = (hysteresis(grid[1], force_history) for force_history in (predicted, reference))
-    return {
-        "pull_off_force_percent": relative_error(force, true_force),
-        "pull_off_time_percent": relative_error(time, true_time),
-        "hysteresis_percent": relative_error(*loops),
-        "nmae_percent": nmae(predicted, reference),
-    }
 
 
 def in_units(threshold: float, training: np.ndarray, *forces: np.ndarray) -> list[np.ndarray]:
@@ -74,7 +60,9 @@ def symmetric2(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
 def thresholds(data: TrajectoryDataset, split: Split, forces: dict[str, np.ndarray]) -> dict[str, Any]:
     """Errors of the reference model, and the MSE of all models, in the units of each threshold."""
     training, reference = (data.force[rows].astype(np.float64) for rows in (split.train, split.test))
-    physical, by_threshold = percents(data.grid(split.test), forces[REFERENCE], reference), {}
+    # These do not depend on the threshold.
+    physical = physical_errors(forces[REFERENCE], reference, *data.grid(split.test), FIRST_UNLOADING)
+    by_threshold = {}
     for threshold in THRESHOLDS:
         true, own, *scaled = in_units(threshold, training, reference, forces[REFERENCE], *forces.values())
         errors = {"mse": np.mean((own - true) ** 2, axis=1), "mae": np.mean(np.abs(own - true), axis=1)}
@@ -121,7 +109,7 @@ def predicted_medians(trained: Any, cases: list[Case], simulations: list[Traject
     reference = np.stack([trajectory.at(row) for trajectory, row in zip(simulations, times, strict=True)])
     tabor = np.array([case.scene.tabor for case in cases])
     force = common.predicted(trained, times, indentations, tabor)
-    return medians(percents((times, indentations), force, reference))
+    return medians(physical_errors(force, reference, times, indentations, FIRST_UNLOADING))
 
 
 def spline_change(cases: list[Case], simulations: list[Trajectory]) -> dict[str, float]:
