@@ -14,10 +14,12 @@ import keras
 from keras import ops
 
 
-class Layer(keras.layers.Layer):
-    """A layer whose output has the shape of its first input, and whose own arguments are attributes of their names."""
+class Conditioning(keras.layers.Layer):
+    """A layer that maps the Tabor parameter to a context of `hidden` units; its output has its first input's shape."""
 
-    arguments: tuple[str, ...] = ()
+    def __init__(self, hidden: int, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.hidden = hidden
 
     def compute_output_shape(self, first_shape: tuple) -> tuple:
         """Return the shape of the first input."""
@@ -25,11 +27,11 @@ class Layer(keras.layers.Layer):
 
     def get_config(self) -> dict[str, Any]:
         """Return the constructor's arguments."""
-        return {**super().get_config(), **{name: getattr(self, name) for name in self.arguments}}
+        return {**super().get_config(), "hidden": self.hidden}
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class AppendTabor(Layer):
+class AppendTabor(keras.layers.Layer):
     """Repeat the scaled Tabor parameter over the steps, and append it as the last channel.
 
     Call arguments: a 3D tensor of shape `(batch, steps, channels)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
@@ -47,7 +49,7 @@ class AppendTabor(Layer):
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class FiLM(Layer):
+class FiLM(Conditioning):
     """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
 
     A dense layer with ReLU maps the scaled Tabor parameter to a context. Two dense layers map the context to the scale
@@ -60,11 +62,8 @@ class FiLM(Layer):
     tensor of the first argument's shape.
     """
 
-    arguments = ("hidden",)
-
     def __init__(self, hidden: int = 64, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.hidden = hidden
+        super().__init__(hidden, **kwargs)
 
     def build(self, sequence_shape: tuple, tabor_shape: tuple) -> None:
         """Create the three dense layers."""
@@ -86,7 +85,7 @@ class FiLM(Layer):
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class TaborGate(Layer):
+class TaborGate(Conditioning):
     """Convex combination of two representations; a dense network with softmax maps the Tabor parameter to its weights.
 
     Args:
@@ -96,11 +95,8 @@ class TaborGate(Layer):
     3D tensor of shape `(batch, steps, features)`.
     """
 
-    arguments = ("hidden",)
-
     def __init__(self, hidden: int = 96, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.hidden = hidden
+        super().__init__(hidden, **kwargs)
 
     def build(self, first_shape: tuple, second_shape: tuple, tabor_shape: tuple) -> None:
         """Create the two dense layers."""
