@@ -14,7 +14,6 @@ Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -139,8 +138,7 @@ class SolidIntervals:
     @classmethod
     def of_arrays(cls, arrays: dict[str, np.ndarray]) -> SolidIntervals:
         """The inverse of `as_arrays`."""
-        names: Sequence[str] = ("mean", "deviation", "coefficients", "offset", "scale")
-        return cls(Polynomial(*(arrays[name] for name in names)), arrays["edges"], arrays["shape"], arrays["quantiles"])
+        return cls(Polynomial.of_arrays(arrays), arrays["edges"], arrays["shape"], arrays["quantiles"])
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:
