@@ -4,7 +4,6 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -109,12 +108,17 @@ def held_out(count: int, dataset: Path) -> list[Case]:
     from surrogate.data.dataset import TrajectoryDataset
 
     data = TrajectoryDataset.load(dataset)
-    return [Case.of(row) for row in rows_of(data.protocols_of(data.split(0).test[:count]))]
+    return cases_of(data.protocols_of(data.split(0).test[:count]))
 
 
 def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
     """The protocols of columns as one dictionary each."""
     return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
+
+
+def cases_of(columns: dict[str, np.ndarray], modulus_ratio: float = MODULUS_RATIO) -> list[Case]:
+    """The cases of columns, of this modulus ratio where there is no column of them."""
+    return [Case.of(row, modulus_ratio) for row in rows_of(columns)]
 
 
 def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
@@ -155,33 +159,12 @@ def random_contact(
     return tabor, material, LAWS[int(random.integers(len(LAWS)))]
 
 
-@dataclass(frozen=True)
-class Hidden:
-    """Protocols off the paper's grid, which no training has seen, as columns, with their modulus ratio."""
-
-    quantities: dict[str, np.ndarray]
-
-    @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED) -> Self:
-        """Draw protocols in the paper's ranges."""
-        drawn = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
-        return cls(drawn if "modulus_ratio" in drawn else drawn | {"modulus_ratio": np.full(count, modulus_ratio)})
-
-    def __len__(self) -> int:
-        return len(self.quantities["tabor"])
-
-    def part(self, rows: slice) -> Self:
-        """Some of the protocols."""
-        return type(self)({name: values[rows] for name, values in self.quantities.items()})
-
-    def protocols(self) -> list[LoadingProtocol]:
-        """The protocols as a user writes them."""
-        return [LoadingProtocol(**row) for row in rows_of({name: self.quantities[name] for name in QUANTITIES[1:]})]
-
-    def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
-        """Simulate one after the other."""
-        for row in rows_of(self.quantities):
-            yield Case.of(row).simulated(accuracy)
+def hidden_protocols(
+    count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED
+) -> dict[str, np.ndarray]:
+    """Columns of protocols off the paper's grid, in its ranges, which no training has seen."""
+    columns = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
+    return columns if "modulus_ratio" in columns else columns | {"modulus_ratio": np.full(count, modulus_ratio)}
 
 
 def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

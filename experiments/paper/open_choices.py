@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 from bem import Trajectory
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from experiments import common
-from experiments.cases import Case, Hidden, rows_of
+from experiments.cases import Case, cases_of, hidden_protocols
 from experiments.common import Dataset, Models
 from experiments.harness import progress
 from experiments.paper.error_statistics import statistics
@@ -137,8 +137,8 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
     data, label = TrajectoryDataset.load(dataset), next(iter(by_recipe(REFERENCE, models).values()))
     config = {"trajectories": 0, "modulus_ratio": common.MODULUS_RATIO, "accuracy": "standard"}
     protocols, simulations = held_out(models / label, dataset, config)
-    split, cases = Split.of(models / label), [Case.of(row) for row in rows_of(protocols)]
-    hidden = Hidden.draw(len(cases), common.MODULUS_RATIO)
+    split, cases = Split.of(models / label), cases_of(protocols)
+    hidden = cases_of(hidden_protocols(len(cases), common.MODULUS_RATIO))
     labels, forces = PAPER_TRAINED | {REFERENCE: label}, {}
     for name, path in progress(list(labels.items()), "models"):
         if (models / path / "model.weights.h5").is_file():
@@ -156,9 +156,7 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
         "symmetric2": float(symmetric2(own, true).mean()),
         "peak_in_the_dwell": predicted_medians(trained, cases, simulations, peak_in_the_dwell),
         "cubic_spline": spline_change(cases, simulations),
-        "off_the_grid": predicted_medians(
-            trained, [Case.of(row) for row in rows_of(hidden.quantities)], list(hidden.simulated()), Case.grid
-        ),
+        "off_the_grid": predicted_medians(trained, hidden, [case.simulated("standard") for case in hidden], Case.grid),
         "plateau": {
             name: {key: read_model(folder)[key] for key in ("epochs", "mse")} for name, folder in plateau.items()
         },
