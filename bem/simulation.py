@@ -49,7 +49,7 @@ from bem.results.profiles import MOST_PROFILES, checked_instants, informative_in
 from bem.results.trajectory import Jump, Statistics, Trajectory
 
 _MOST_REFINEMENTS = 3  # each halves the target error
-_FINENESS = 1, 4  # of the steps of a sharp crack
+_FINENESS = 0.5, 1, 4  # of the steps of a sharp crack; the first is for drafts
 _LARGE = 10.0  # Tabor parameter from which a sharp crack says first what boundary elements would cost
 _NEAR = 3.0  # excess of the expected error of a crack, over the target, for which a few seconds are spent to avoid it
 _WORK_OF_TRAVEL = 1e7  # multiply-adds of an edge that travels by beta / mu^2, at standard accuracy
@@ -176,7 +176,7 @@ def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, mo
     budget, large = _budget(most_work, target), scene.tabor >= _LARGE
     least, crack = least_error(scene, path, _FINENESS[-1]) if is_sharp(scene) else math.inf, None
     if least <= (LOOSEST if large else target.target):
-        crack = _as_crack(scene, path, target.target, glassy, budget)
+        crack = _as_crack(scene, path, target, target.target, glassy, budget)
     if crack and crack.accuracy <= target.target:
         return crack
     if crack and large and crack.accuracy <= LOOSEST:
@@ -189,7 +189,7 @@ def _of_large_tabor(scene: Scene, path: Path, target: Accuracy, glassy: bool, mo
     stepped = _followed(scene, path, target, glassy, None, np.empty(0), budget)
     if stepped.completed or least > LOOSEST:
         return stepped
-    crack = crack or _as_crack(scene, path, LOOSEST, glassy, budget)
+    crack = crack or _as_crack(scene, path, target, LOOSEST, glassy, budget)
     if not crack or crack.accuracy > LOOSEST:
         return stepped
     return _in_place(crack, target, stepped.status.removeprefix("not started: "))
@@ -216,17 +216,19 @@ def _budget(most_work: float | None, target: Accuracy) -> float:
     return finite_number("most_work", most_work, low=1e3, high=1e18)
 
 
-def _as_crack(scene: Scene, path: Path, target: float, glassy: bool, budget: float) -> Trajectory | None:
+def _as_crack(
+    scene: Scene, path: Path, asked: Accuracy, target: float, glassy: bool, budget: float
+) -> Trajectory | None:
     """The trajectory of a contact with a sharp edge, of its expected error; None where there is no answer.
 
-    Steps and nodes are finer where that brings the error below the target.
+    Steps and nodes are finer where that brings the error below `target`.
     """
     load_kernels("sharp crack")
     started = time.perf_counter()
     try:
-        for fineness in _FINENESS:
+        for fineness in _FINENESS[asked.target < NAMED_TARGETS["draft"] :]:
             result, error = march_crack(scene, path, glassy=glassy, most_work=budget, fineness=fineness)
-            if not target < error < target + STEP_ERROR * (1.0 - _FINENESS[0] / _FINENESS[-1]):
+            if not target < error < target + STEP_ERROR * (1.0 / fineness - 1.0 / _FINENESS[-1]):
                 break
     except ZoneError:
         return None

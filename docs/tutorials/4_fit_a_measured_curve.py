@@ -50,7 +50,7 @@ print(hertz.summary())
 # ## The whole curve
 #
 # The models are tried as far as the curve calls for, here to the contact with adhesion and relaxation. The
-# summary shows those tried, and says that no model is adequate: the tissue is felt before it carries load, and threads
+# summary shows those tried, and says that no model is adequate. The tissue is felt before it carries load, and threads
 # of it hold on after the contact has opened. No half-space does either.
 
 result = fit(tissue, start)

@@ -2,7 +2,7 @@
 # Design a release
 
 How must a sphere be retracted so that it lets go at a wanted force? The surrogate predicts thousands of protocols in
-seconds, which gives a map of all answers, and the gradient that leads to one of them; the solver then checks it.
+seconds. This gives a map of all answers, and the gradient that leads to one of them; the solver then checks it.
 """
 
 # %%
@@ -65,7 +65,7 @@ plt.show()
 # ## Follow the gradient
 #
 # With a gradient no map is needed. Finite differences in a batch of five predictions give the slopes by the logarithms
-# of both quantities, and SciPy minimises the error, with a small penalty on fast retraction and long dwell.
+# of both quantities. SciPy minimises the error, with a small penalty on fast retraction and long dwell.
 
 from scipy.optimize import minimize
 

@@ -1,8 +1,8 @@
 """
 # Plan an experiment
 
-Three questions before the first measurement, answered in newtons and seconds: how fast to retract, how long to wait,
-and what the cantilever will do to the curve.
+Three questions come before the first measurement: how fast to retract, how long to wait, and what the cantilever will
+do to the curve. The answers are in newtons and seconds.
 """
 
 # %%
@@ -57,7 +57,7 @@ axes.yaxis.set_major_formatter(EngFormatter("N"))
 plt.show()
 
 # %%
-# Both speeds grow with the range of adhesion, `lens.equilibrium_gap`, and fall with the retardation time: the edge
+# Both speeds grow with the range of adhesion, `lens.equilibrium_gap`, and fall with the retardation time. The edge
 # dissipates where it crosses that range within about this time.
 #
 # ## How long must I wait for the approach not to matter?

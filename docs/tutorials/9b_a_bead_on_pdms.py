@@ -1,15 +1,15 @@
 """
 # A bead on PDMS
 
-A glass bead of a millimetre on silicone rubber has a Tabor parameter of thousands: the contact is huge beside the range
+A glass bead of a millimetre on silicone rubber has a Tabor parameter of thousands. The contact is huge beside the range
 of the attraction, and its edge is a sharp crack. How hard does the rubber hold it, from very slow to very fast?
 """
 
 # %%
 # ## The setup
 #
-# The library has the modulus of Sylgard 184. Its relaxation was not measured there, so that this tutorial assumes a
-# standard linear solid: ten times stiffer when fast, with a retardation time of a microsecond. Measure your own batch.
+# The library has the modulus of Sylgard 184. Its relaxation was not measured there. This tutorial assumes a standard
+# linear solid: ten times stiffer when fast, with a retardation time of a microsecond. Measure your own batch.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -58,8 +58,8 @@ print(f"each is expected to err by {100 * worst:.1f} % at most")
 # %%
 # ## Beside closed forms
 #
-# Johnson, Kendall and Roberts know no speed. Persson and Brener give the work that a crack takes at its speed, which is
-# that of the edge where the force is largest; a pull-off then takes 3/2 of it.
+# Johnson, Kendall and Roberts know no speed. Persson and Brener give the work that a crack takes at its speed. That
+# speed is the one of the edge where the force is largest; a pull-off then takes 3/2 of it.
 
 
 def edge_speed(curve):

@@ -54,5 +54,4 @@ def study(config: Config, dataset: Dataset, models: Models, out: Path, *, work: 
         result = {"config": config, "complete": len(trained) == len(planned)}
         common.write_result(out, "feature_sets", result | {"summary": summary(sets) if compared else {}, "sets": sets})
 
-    folders = {"dataset": dataset, "models": models, "work": work, "out": out}
-    train_variants(planned, **folders, jobs=config["jobs"], publish=publish)
+    train_variants(planned, dataset=dataset, models=models, work=work, out=out, jobs=config["jobs"], publish=publish)

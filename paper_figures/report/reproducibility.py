@@ -24,8 +24,8 @@ def forces_text(model_forces: Any) -> str:
     # Nothing is known of a model whose weights are not published.
     largest = 100.0 * max(model["error_difference"] or 0.0 for model in model_forces["models"].values())
     return models_style.forces_note(model_forces) or (
-        "All published models were trained on the forces of the published file, up to the solver's accuracy: the mean "
-        f"test errors on it of those with weights are within {largest:.2g} % of the recorded ones."
+        "All published models were trained on the forces of the published file, up to the solver's accuracy. The mean "
+        f"test errors on it, of those with weights, are within {largest:.2g} % of the recorded ones."
     )
 
 

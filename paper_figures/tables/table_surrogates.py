@@ -59,7 +59,7 @@ def ends_text(measured: dict[str, Any]) -> str:
         shares = ", ".join(f"{ends[end][name]:.0f}" for name, end in least.items())
         few = min(row["count"] for row in ends.values())
         texts.append(f"at each of the {len(ends)} {what} ({few:.0f} contacts or more) at least {shares} %")
-    return f"The 90 % intervals and bands contain, in the order of the table, {' and '.join(texts)}."
+    return f"The 90 % intervals and bands contain {texts[0]}, in the order of the table. They contain {texts[1]}."
 
 
 HEADS = ["Model", *PLACE_HEADS]

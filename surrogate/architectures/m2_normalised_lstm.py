@@ -12,17 +12,19 @@ from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 
 
-def m2_normalised_lstm(conditioning: str = "concat", *, features: str = "D", name: str | None = None) -> keras.Model:
+def m2_normalised_lstm(
+    conditioning: str = "concat", *, features: str = "D", name: str | None = None, units: int = 128
+) -> keras.Model:
     """Return an untrained M2, as in panel (b) of the paper's figure; see `m1_lstm` for arguments and errors.
 
     `"FiLM"` modulates the output of the last normalisation. `"gated"` combines the output of the second LSTM before and
-    after normalisation.
+    after normalisation. `units`, of the second LSTM, and twice as many of the first are a guess.
     """
     sequence, tabor = inputs(features, conditioning)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
-    hidden = layers.LSTM(256, return_sequences=True, name="lstm_1")(hidden)
+    hidden = layers.LSTM(2 * units, return_sequences=True, name="lstm_1")(hidden)
     hidden = layers.LayerNormalization(name="normalisation_1")(hidden)
-    recurrent = layers.LSTM(128, return_sequences=True, name="lstm_2")(hidden)
+    recurrent = layers.LSTM(units, return_sequences=True, name="lstm_2")(hidden)
     hidden = layers.LayerNormalization(name="normalisation_2")(recurrent)
     if conditioning == "FiLM":
         hidden = FiLM(name="film")(hidden, tabor)

@@ -25,7 +25,8 @@ from bem.methods.sharp_crack.tail import strain_ahead
 
 _LEAST_TRAVEL = 1e-8  # of an edge that moves, over its radius
 _GROWTH = 2.5  # of the travel that is tried
-_HALVINGS, _PRECISION = 45, 1e-5
+_SHORT, _MOST_AT_FIRST = 0.03, 1e-3  # of the travel that is usual, which is tried first, and of the radius
+_MOST_TRIALS, _PRECISION = 45, 1e-5
 _LEAST_TOUGHNESS = 1e-6
 CELLS = 4  # between nodes behind the edge, whose weights a state has
 
@@ -141,23 +142,46 @@ def excess(contact: Contact, opening: Opening, radius: float) -> float:
 
 
 @kernel
+def first_travel(usual: float) -> float:
+    """A travel over the radius that an edge exceeds, if it moves about as far as is usual: the first root is sought."""
+    return min(max(_SHORT * usual, _LEAST_TRAVEL), _MOST_AT_FIRST)
+
+
+@kernel
+def between(low: float, low_value: float, high: float, high_value: float, trial: int) -> float:
+    """Where a line through two values of opposite sign is zero, or each fourth time the middle."""
+    if trial % 4 == 3 or low_value == high_value:
+        return 0.5 * (low + high)
+    return high - high_value * (high - low) / (high_value - low_value)
+
+
+@kernel
 def opened_radius(contact: Contact, opening: Opening) -> float:
     """First radius going inwards at which the edge is held; 0 if there is none."""
-    held, travel = opening.radius, _LEAST_TRAVEL
+    edge = opening.radius
+    usual = (opening.rest_radius - edge) / max(opening.age - opening.dt, 1e-300) * opening.dt / edge
+    free, pulled, travel = edge, excess(contact, opening, edge), first_travel(usual)
     while travel < 1.0:
-        radius = opening.radius * (1.0 - travel)
-        if excess(contact, opening, radius) <= 0.0:
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (held + radius)
-                if excess(contact, opening, middle) <= 0.0:
-                    radius = middle
-                else:
-                    held = middle
-                if held - radius <= _PRECISION * (opening.radius - radius):
-                    break
-            return 0.5 * (held + radius)
-        held, travel = radius, travel * _GROWTH
-    return 0.0
+        held = edge * (1.0 - travel)
+        short = excess(contact, opening, held)
+        if short <= 0.0:
+            break
+        free, pulled, travel = held, short, travel * _GROWTH
+    else:
+        return 0.0
+    radius, enough, side = held, _PRECISION * (pulled - short), 0
+    for trial in range(_MOST_TRIALS):
+        if free - held <= _PRECISION * (edge - held):
+            break
+        radius = between(held, short, free, pulled, trial)
+        value = excess(contact, opening, radius)
+        if abs(value) <= enough:
+            break
+        if value <= 0.0:
+            held, short, pulled, side = radius, value, pulled * (0.5 if side < 0 else 1.0), -1
+        else:
+            free, pulled, short, side = radius, value, short * (0.5 if side > 0 else 1.0), 1
+    return radius
 
 
 @kernel
@@ -198,42 +222,50 @@ def _resistance(
 
 @kernel
 def closed_radius(
-    contact: Contact, new: State, first: int, edge: float, mark: tuple, time: float, depth: float
+    contact: Contact, new: State, first: int, edge: float, mark: tuple, time: float, dt: float, depth: float
 ) -> float:
     """Radius up to which the edge closes; that of the edge if it does not."""
-    largest = contact.radii[-1]
-    held, travel = max(edge, 1e-6), _LEAST_TRAVEL
+    largest, start = contact.radii[-1], max(edge, 1e-6)
+    free, held, near, apart = start, start, 0.0, 0.0
     if edge == 0.0:  # beyond the barrier of nucleation
-        held, free = largest, largest
+        held = largest
         for i in range(1, 200):
             free = largest * (1.0 - i / 200.0)
-            if _resistance(contact, new, first, edge, mark, free, time, depth) < 0.0:
+            near = _resistance(contact, new, first, edge, mark, free, time, depth)
+            if near < 0.0:
                 break
-            held = free
+            held, apart = free, near
         else:
             return 0.0
         if held == largest:
             return held
     else:
-        if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
+        near = _resistance(contact, new, first, edge, mark, edge, time, depth)
+        if near >= 0.0:
             return edge
-        free = held
+        place, instant = mark
+        travel = first_travel((edge - place) / max(time - dt - instant, 1e-300) * dt / edge)
         while True:
             held = min(edge * (1.0 + travel), largest)
-            if _resistance(contact, new, first, edge, mark, held, time, depth) >= 0.0:
+            apart = _resistance(contact, new, first, edge, mark, held, time, depth)
+            if apart >= 0.0:
                 break
             if held == largest:
                 return held
-            free, travel = held, travel * _GROWTH
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (held + free)
-        if _resistance(contact, new, first, edge, mark, middle, time, depth) < 0.0:
-            free = middle
-        else:
-            held = middle
+            free, near, travel = held, apart, travel * _GROWTH
+    radius, enough, side = held, _PRECISION * (apart - near), 0
+    for trial in range(_MOST_TRIALS):
         if held - free <= _PRECISION * max(held - edge, 1e-12):
             break
-    return 0.5 * (held + free)
+        radius = between(free, near, held, apart, trial)
+        value = _resistance(contact, new, first, edge, mark, radius, time, depth)
+        if abs(value) <= enough:
+            break
+        if value < 0.0:
+            free, near, apart, side = radius, value, apart * (0.5 if side < 0 else 1.0), -1
+        else:
+            held, apart, near, side = radius, value, near * (0.5 if side > 0 else 1.0), 1
+    return radius
 
 
 @kernel

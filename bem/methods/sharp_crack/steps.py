@@ -190,7 +190,7 @@ def advance(contact: Contact, old: State, time: float, depth: float, rate: float
     elif edge > 0.0 or depth >= snap_in(contact, new, rate - (dent(new) - dent(old)) / dt):
         if edge == 0.0:
             mark = next_mark = (0.0, old.time)
-        radius = closed_radius(contact, new, count, edge, mark, time, depth)
+        radius = closed_radius(contact, new, count, edge, mark, time, dt, depth)
         if radius > edge:
             place, instant = mark
             speed = (radius - place) / (time - instant) * unit

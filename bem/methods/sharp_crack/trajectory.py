@@ -29,7 +29,7 @@ from bem.problem.tractions import LENNARD_JONES, HardContact, law_of
 _NODES = 1000
 _STEPS = 600
 _FIRST = np.geomspace(1e-7, 1.0, 26)[:-1]  # steps after a corner, over the steps that follow
-_HELD = np.geomspace(1e-6, 1.0, 200)  # of a dwell
+_HELD = 200  # steps of a dwell, fewer where there are fewer of a ramp
 _ELASTIC = PronySeries([1e-12], [1.0])  # a term that does nothing, so that one set of steps is for all solids
 _RADII, _SMALLEST = 4000, 1e-3  # of contacts at the start, and the smallest of them
 ZONE_ERROR, STEP_ERROR = 0.25, 1.5e-3
@@ -54,7 +54,7 @@ def march_crack(
     *,
     glassy: bool = False,
     most_work: float = MOST_WORK,
-    fineness: int = 1,
+    fineness: float = 1,
 ) -> SharpCrack:
     """Follow a scene with adhesion.
 
@@ -78,7 +78,7 @@ def march_crack(
     deepest, material = deepest_indentation(scene, path), scene.material
     if not material.strengths.size:
         material = _ELASTIC
-    contact = _contact_of(scene.tabor, edge_law(adhesion, material), deepest / scene.tabor, _NODES * fineness)
+    contact = _contact_of(scene.tabor, edge_law(adhesion, material), deepest / scene.tabor, round(_NODES * fineness))
     times, law = np.array(path.times), law_of(adhesion)
     if isinstance(path, ForceProtocol):
         device, values = Device(0.0, True), -path.forces
@@ -90,7 +90,7 @@ def march_crack(
     first, spare = (uncompiled(new_state)(contact.radii.size, terms, *begin) for _ in range(2))
     first, balanced = _start(contact, device, first, glassy)
     outcome, records, zone = DETACHED, uncompiled(new_records)(), 0.0
-    instants = _instants(times, values, _STEPS * fineness)
+    instants = _instants(times, values, round(_STEPS * fineness))
     if balanced:
         progress = Progress(records, first, spare, 0, first.time, 1.0, 0.0, -math.inf, 0.0, COMPLETED)
         while progress.instant < instants.size and progress.outcome == COMPLETED:
@@ -103,7 +103,7 @@ def march_crack(
     return SharpCrack(within_bounds(result, scene, least_force(scene, deepest), np.nan_to_num(error)), error)
 
 
-def expected_error(zone: float, fineness: int = 1) -> float:
+def expected_error(zone: float, fineness: float = 1) -> float:
     """Relative error of pull-off force and hysteresis, from the length of the process zone over the radius there.
 
     NaN where nothing touched.
@@ -111,7 +111,7 @@ def expected_error(zone: float, fineness: int = 1) -> float:
     return ZONE_ERROR * math.sqrt(zone) + STEP_ERROR / fineness if zone > 0.0 else math.nan
 
 
-def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol, fineness: int = 1) -> float:
+def least_error(scene: Scene, path: PiecewiseLinearProtocol | ForceProtocol, fineness: float = 1) -> float:
     """The expected error of the largest contact and shortest zone that a scene can have: known before any tables."""
     radius = _largest_radius(deepest_indentation(scene, path) / scene.tabor)
     return expected_error(ZONE_LENGTH / (scene.tabor**2 * radius), fineness)
@@ -198,7 +198,7 @@ def _instants(times: FloatArray, values: FloatArray, steps: int) -> FloatArray:
     parts = []
     for begin, end, change in zip(times[:-1], times[1:], np.abs(np.diff(values)), strict=True):
         if change == 0.0:
-            shares = _HELD
+            shares = np.geomspace(1e-6, 1.0, min(_HELD, steps // 3))
         else:
             even = np.linspace(0.0, 1.0, max(math.ceil(steps * change / span), 8) + 1)[1:]
             shares = np.concatenate([_FIRST * even[0], even])

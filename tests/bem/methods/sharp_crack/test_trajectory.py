@@ -72,6 +72,19 @@ def test_error_falls_with_tabor():
     assert np.all(np.diff(np.log(np.array(errors) - STEP_ERROR)) < -1.5)  # what the steps add is the same for all
 
 
+@pytest.mark.parametrize("spring", [None, 2.0])
+def test_fewer_steps_err_as_they_say(spring):
+    """Against eight times as many steps and nodes: the expected error is that of nine histories in ten."""
+    cycle, errors = path([0.0, 4.0, 6.0, 7.0], [START, 3.0, 3.0, START], 100.0), {}
+    fine = march_crack(Scene(100.0, SOLID, spring=spring), cycle, fineness=4).result.records
+    for fineness in (0.5, 1):
+        records = march_crack(Scene(100.0, SOLID, spring=spring), cycle, fineness=fineness).result.records
+        errors[fineness] = abs(records["force"].max() / fine["force"].max() - 1.0)
+        assert errors[fineness] < STEP_ERROR / fineness
+        assert records.size < fine.size
+    assert min(errors.values()) > 0.0
+
+
 def test_dwells_have_no_ripple():
     records = march_crack(Scene(300.0, SOLID), path([0.0, 5.0, 8.0], [START, 3.0, 3.0], 300.0)).result.records
     dwell = records[records["time"] > 5.01]
