@@ -25,22 +25,16 @@ from experiments import common
 from experiments.cases import Case, cases_of, hidden_protocols
 from experiments.common import Dataset, Models
 from experiments.harness import progress
+from experiments.measurements.statistics import in_units, medians
 from experiments.paper.error_statistics import statistics
 from experiments.paper.fms_transfer import held_out
 from experiments.published_models import PAPER_TRAINED, REFERENCE, WORDED, by_recipe, paper_mse, read_model
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.metrics import dtw_rmse, physical_errors, relative_error
-from surrogate.data.scaling import symlog
 
 Steps = Callable[[Case], tuple[np.ndarray, np.ndarray]]
 THRESHOLDS = (0.01, 0.1, 1.0, 10.0)
 """Of the symmetric logarithm, in pi R dgamma; the repository's is 1."""
-
-
-def in_units(threshold: float, training: np.ndarray, *forces: np.ndarray) -> list[np.ndarray]:
-    """Forces after the symmetric logarithm, standardised by the training forces."""
-    mean, deviation = (statistic(symlog(training / threshold)) for statistic in (np.mean, np.std))
-    return [(symlog(force / threshold) - mean) / deviation for force in forces]
 
 
 def symmetric2(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -96,11 +90,6 @@ def cubic(trajectory: Trajectory, times: np.ndarray, corners: list[float]) -> np
         inside = (times >= low) & (times <= high)
         force[inside] = CubicSpline(instants, trajectory.force[rows][first])(times[inside])
     return force
-
-
-def medians(errors: dict[str, np.ndarray]) -> dict[str, float]:
-    """Median of each error."""
-    return {name: float(np.median(values)) for name, values in errors.items()}
 
 
 def predicted_medians(trained: Any, cases: list[Case], simulations: list[Trajectory], steps: Steps) -> dict[str, float]:

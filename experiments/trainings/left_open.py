@@ -21,7 +21,7 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING
 from experiments import common
 from experiments.common import Dataset, Models
 from experiments.harness import progress
-from experiments.paper.open_choices import in_units, medians
+from experiments.measurements.statistics import in_units, medians
 from experiments.published_models import METRICS, REFERENCE, read_model
 from experiments.trainings.variants import WORK, Work
 from surrogate.architectures.naming import FAMILIES, PARAMETER_COUNTS, paper_names
