@@ -4,17 +4,30 @@ A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, wh
 (0 or 1), each of shape (n,).
 """
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 
-from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import (
+    ConstantStress,
+    Elastic,
+    Exponential,
+    HardContact,
+    LennardJones,
+    LoadingProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    simulate,
+)
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.problem.materials import Material
+from bem.problem.tractions import TractionLaw
 from experiments.common import MODULUS_RATIO
 
 HIDDEN_SEED = 901
@@ -25,6 +38,8 @@ RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
 BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
+LAWS = (LennardJones(), LennardJones(), ConstantStress(), Exponential())
+"""Laws of random contacts; half of them have that of the paper."""
 EDGES = {
     "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
     "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
@@ -93,12 +108,17 @@ def held_out(count: int, dataset: Path) -> list[Case]:
     from surrogate.data.dataset import TrajectoryDataset
 
     data = TrajectoryDataset.load(dataset)
-    return [Case.of(row) for row in rows_of(data.protocols_of(data.split(0).test[:count]))]
+    return cases_of(data.protocols_of(data.split(0).test[:count]))
 
 
 def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
     """The protocols of columns as one dictionary each."""
     return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
+
+
+def cases_of(columns: dict[str, np.ndarray], modulus_ratio: float = MODULUS_RATIO) -> list[Case]:
+    """The cases of columns, of this modulus ratio where there is no column of them."""
+    return [Case.of(row, modulus_ratio) for row in rows_of(columns)]
 
 
 def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
@@ -121,45 +141,30 @@ def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dic
     return columns
 
 
-@dataclass(frozen=True)
-class Hidden:
-    """Protocols off the paper's grid, which no training has seen, as columns, with their modulus ratio."""
-
-    quantities: dict[str, np.ndarray]
-
-    @classmethod
-    def draw(cls, count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED) -> Self:
-        """Draw protocols in the paper's ranges."""
-        drawn = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
-        return cls(drawn if "modulus_ratio" in drawn else drawn | {"modulus_ratio": np.full(count, modulus_ratio)})
-
-    @classmethod
-    def corners(cls, modulus_ratio: float) -> Self:
-        """All corners of the paper's ranges, 32 protocols."""
-        columns = np.array(list(product(*PAPER_RANGES.values()))).T
-        quantities = dict(zip(PAPER_RANGES, columns, strict=True))
-        return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
-
-    def __len__(self) -> int:
-        return len(self.quantities["tabor"])
-
-    def part(self, rows: slice) -> Self:
-        """Some of the protocols."""
-        return type(self)({name: values[rows] for name, values in self.quantities.items()})
-
-    def protocols(self) -> list[LoadingProtocol]:
-        """The protocols as a user writes them."""
-        return [LoadingProtocol(**row) for row in rows_of({name: self.quantities[name] for name in QUANTITIES[1:]})]
-
-    def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
-        """Simulate one after the other."""
-        for row in rows_of(self.quantities):
-            yield Case.of(row).simulated(accuracy)
+def between(random: np.random.Generator, low: float, high: float) -> float:
+    """A number drawn log-uniformly."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
-def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:
-    """Pull-off force and hysteresis, of shape (n, 2)."""
-    return np.array([(trajectory.pull_off_force, trajectory.hysteresis) for trajectory in trajectories])
+def random_contact(
+    random: np.random.Generator, number: int, tabors: tuple[float, float], ratios: tuple[float, float]
+) -> tuple[float, Material, LennardJones | TractionLaw]:
+    """Tabor parameter, solid and law; odd numbers have a Prony series, even ones a standard linear solid."""
+    tabor, ratio = between(random, *tabors), between(random, *ratios)
+    material: Material = StandardLinearSolid(ratio)
+    if number % 2:
+        terms = int(random.integers(2, 5))
+        strengths = (1.0 - ratio) * random.dirichlet(np.ones(terms))
+        material = PronySeries(strengths, 10.0 ** random.uniform(-1.5, 1.5, terms))
+    return tabor, material, LAWS[int(random.integers(len(LAWS)))]
+
+
+def hidden_protocols(
+    count: int, modulus_ratio: float | tuple[float, float], seed: int = HIDDEN_SEED
+) -> dict[str, np.ndarray]:
+    """Columns of protocols off the paper's grid, in its ranges, which no training has seen."""
+    columns = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, seed)
+    return columns if "modulus_ratio" in columns else columns | {"modulus_ratio": np.full(count, modulus_ratio)}
 
 
 def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -31,10 +31,10 @@ from bem import Trajectory
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem.dataset.designs import QUANTITIES, Design
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import PULL_OFF, measurement_grid
 from bem.dataset.pull_off_steps import pull_off_grid
-from experiments.cases import ANY_SOLID, Case, rows_of
+from experiments.cases import ANY_SOLID, Case, hidden_protocols, rows_of
 from experiments.common import DATASET, MODELS, MODULUS_RATIO
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
@@ -134,8 +134,8 @@ def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> lis
 
 def other_solids(count: int) -> list[dict[str, Any]]:
     """Draw protocols and modulus ratios: entries without results and force."""
-    drawn = Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, SEED)
-    rows = rows_of({name: drawn[name] for name in (*QUANTITIES, "modulus_ratio")})
+    columns = hidden_protocols(count, ANY_SOLID, SEED)
+    rows = rows_of({name: columns[name] for name in (*QUANTITIES, "modulus_ratio")})
     return [{"name": f"solid-{number}", "kind": "solid", "protocol": row} for number, row in enumerate(rows, 1)]
 
 

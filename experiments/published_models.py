@@ -12,7 +12,7 @@ from experiments.common import ended_by_recipe
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from experiments.run_folders import read_table
 from surrogate.architectures.naming import paper_names
-from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity, read_recipe
+from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REMOVED = "program_removed"
@@ -80,7 +80,7 @@ def read_model(folder: Path, speed: Any = None) -> dict[str, Any]:
     `speed`, has timed them. Otherwise they are as recorded, and `None` if a GPU (`device`) trained it.
     """
     metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
-    history, recipe = read_history(folder), read_recipe(folder, run)
+    history, recipe = read_history(folder), run["recipe"]
     seconds_per_epoch = epoch_seconds(speed, recipe, run["architecture"], run["training_trajectories"])
     if seconds_per_epoch is not None:
         history["cpu_seconds"] = [epoch * seconds_per_epoch for epoch in history["epoch"]]

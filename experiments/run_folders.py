@@ -22,8 +22,6 @@ import numpy as np
 
 from bem._support.outputs import whole_file
 from bem._support.text_files import read_json
-from surrogate.files import write_run
-from surrogate.training.identity import read_recipe
 
 TABLES = ("history", "test_errors")
 TRAININGS = "trainings.h5"
@@ -63,9 +61,9 @@ def read_training(folder: Path) -> dict[str, Any]:
     """
     try:
         settings = {name: read_json(folder / f"{name}.json") for name in ("run", "metrics")}
-        settings["recipe"] = read_recipe(folder, settings["run"])
+        settings["recipe"] = settings["run"]["recipe"]
         return settings | {name: read_csv(folder / f"{name}.csv") for name in TABLES}
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"expected a complete training; received {str(folder)!r} ({error!r:.100})") from error
 
 
@@ -125,24 +123,19 @@ def add_seeds(file: Path, folders: list[Path]) -> None:
 
 
 def move_tables(models: Path) -> None:
-    """Move the tables of all model directories of a folder to `trainings.h5`, and the split that they share beside it.
-
-    The recipe of an older training moves to its `run.json`.
-    """
+    """Move the tables of all model directories of a folder to `trainings.h5`, and a split that they share beside it."""
     folders = sorted(path.parent for path in models.glob("[!.]*/test_errors.csv"))
     with opened(models / TRAININGS) as trainings:
         for folder in folders:
             add_tables(trainings, folder.name, {table: read_csv(folder / f"{table}.csv") for table in TABLES})
     shared = models / "split.json"
     for folder in folders:
-        run = read_json(folder / "run.json")
-        write_run(folder, run | {"recipe": read_recipe(folder, run)})
         if (split := folder / shared.name).is_file():
             if not shared.exists():
                 shutil.copyfile(split, shared)
             if split.read_bytes() == shared.read_bytes():
                 split.unlink()
-        for name in ("test_errors.csv", "history.csv", "recipe.toml"):  # a folder that has the first is gathered again
+        for name in ("test_errors.csv", "history.csv"):  # a folder that has the first is gathered again
             (folder / name).unlink(missing_ok=True)
 
 

@@ -14,7 +14,6 @@ Source: H. Bostrom, U. Johansson and T. Lofstrom, Mondrian conformal predictive 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,7 +78,7 @@ class SolidIntervals:
         """
         overall = np.sqrt(np.mean(curve_errors**2, axis=1, keepdims=True))
         own = cls._of_sizes(features, np.column_stack([np.abs(errors), overall]), np.ones((GROUPS, 1)))
-        sizes, groups = own._judged(features)
+        sizes, groups = own.sizes_and_groups(features)
         ratios = np.abs(curve_errors) / sizes[:, -1:]
         shape = np.stack([np.quantile(ratios[groups[:, -1] == group], 0.9, axis=0) for group in range(GROUPS)])
         shape = np.maximum(shape, _LEAST)
@@ -96,7 +95,7 @@ class SolidIntervals:
         self, features: np.ndarray, kinds: np.ndarray, errors: np.ndarray, curve_errors: np.ndarray
     ) -> SolidIntervals:
         """Take the quantiles of each kind that is among `kinds` (batch,); the other arguments are those of `fit`."""
-        sizes, groups = self._judged(features)
+        sizes, groups = self.sizes_and_groups(features)
         curve = np.abs(curve_errors) / self.shape[groups[:, STEP]]
         ratios = [
             *(np.abs(errors) / sizes[:, :STEP]).T,
@@ -119,18 +118,15 @@ class SolidIntervals:
             Those of the targets and, as multiples of the second array, of both `BANDS`, shape (batch, targets + 2); and
             the shape of each curve's errors, (batch, steps).
         """
-        sizes, groups = self._judged(features)
+        sizes, groups = self.sizes_and_groups(features)
         right = min(max(bisect_left(LEVELS, coverage), 1), len(LEVELS) - 1)
         share = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         table = (1.0 - share) * self.quantiles[..., right - 1] + share * self.quantiles[..., right]
         half = sizes * table[kinds[:, np.newaxis], np.arange(sizes.shape[1]), groups]
         return half, self.shape[groups[:, STEP]]
 
-    def groups(self, features: np.ndarray) -> np.ndarray:
-        """Numbers of the groups of expected error, (batch, targets + 2)."""
-        return self._judged(features)[1]
-
-    def _judged(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def sizes_and_groups(self, features: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Expected sizes of the errors and the numbers of their groups, each of shape (batch, targets + 2)."""
         sizes = self.expected(features)
         groups = np.stack([np.searchsorted(edge, size) for edge, size in zip(self.edges, sizes.T, strict=True)], axis=1)
         return np.exp(sizes), groups
@@ -142,8 +138,7 @@ class SolidIntervals:
     @classmethod
     def of_arrays(cls, arrays: dict[str, np.ndarray]) -> SolidIntervals:
         """The inverse of `as_arrays`."""
-        names: Sequence[str] = ("mean", "deviation", "coefficients", "offset", "scale")
-        return cls(Polynomial(*(arrays[name] for name in names)), arrays["edges"], arrays["shape"], arrays["quantiles"])
+        return cls(Polynomial.of_arrays(arrays), arrays["edges"], arrays["shape"], arrays["quantiles"])
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:

@@ -11,13 +11,12 @@ Examples:
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from bem._support.validation import real_array
-from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from bem.problem.protocol import LoadingProtocol
@@ -109,16 +108,8 @@ class Surrogate:
             ExtrapolationWarning: once, where protocols leave the ranges of the training set.
         """
         clock = time.perf_counter()
-        single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
-        protocols = list(protocol) if isinstance(protocol, Iterable) else [protocol]
-        if strange := [entry for entry in protocols if not isinstance(entry, LoadingProtocol)]:
-            raise ValueError(
-                f"protocol must be a LoadingProtocol (`predict_history` takes others); received {shown(strange[0])}"
-            )
-        if len(protocols) == 1 and isinstance(scene, Iterable):
-            scene = list(scene)
-            protocols *= len(scene)
-        tabor, ratio = self._contacts(scene, len(protocols))
+        scenes, protocols, single = validity.contacts(scene, protocol, "(`predict_history` takes others)")
+        tabor, ratio = self._contacts(scenes, len(protocols))
         if not protocols:
             return []
         paths = [
@@ -127,7 +118,7 @@ class Surrogate:
         ]
         grid = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
         outside = validity.excesses(grid | {"modulus_ratio": ratio}, self.scaling.ranges)
-        reasons = self._refusals(outside, len(protocols), single=single)
+        reasons = validity.refusals(outside, len(protocols), self.name, single=single)
         predictions: dict[int, PredictedTrajectory] = {}
         # Without a dwell there are no points of it.
         for dwell, chosen in ((FMS[1], grid["dwell_time"] > 0.0), (0, grid["dwell_time"] == 0.0)):
@@ -189,7 +180,7 @@ class Surrogate:
                 One warning names all such quantities, with the value farthest outside and the range.
         """
         histories, excesses = self._checked(times, indentations, scene, edge)
-        reasons = self._refusals(excesses, len(histories[0]), single=np.ndim(times) == 1)
+        reasons = validity.refusals(excesses, len(histories[0]), self.name, single=np.ndim(times) == 1)
         refused = np.array([bool(reason) for reason in reasons])
         validity.warn_of_extrapolation(self.name, excesses, reasons=reasons)
         force = self.network.force(*histories)
@@ -208,13 +199,6 @@ class Surrogate:
         """
         histories, excesses = self._checked(times, indentations, scene, edge)
         return [validity.of_history(excesses, index) for index in range(len(histories[0]))]
-
-    def _refusals(self, outside: list[validity.Excess], count: int, *, single: bool) -> list[str]:
-        """Return what `validity.refusals` says of each history; raise it of a single one."""
-        reasons = validity.refusals(outside, count, self.name)
-        if single and reasons[0]:
-            raise ValueError(reasons[0])
-        return reasons
 
     def _contacts(self, scene: Scenes, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""

@@ -62,10 +62,6 @@ class Network:
         """Return the forces of one batch."""
         raise NotImplementedError
 
-    def content(self) -> bytes:
-        """Return the ONNX file of the network."""
-        raise NotImplementedError
-
 
 class OnnxNetwork(Network):
     """A file of `surrogate.onnx.export`, and its session.
@@ -84,10 +80,6 @@ class OnnxNetwork(Network):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state, session=session_of(state["_content"], state["threads"]))
-
-    def content(self) -> bytes:
-        """Return the file."""
-        return self._content
 
     def _force(self, times: Any, indentations: Any, tabor: Any, edge: Any) -> np.ndarray:
         arrays = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from io import BytesIO
 from pathlib import Path
@@ -31,7 +31,7 @@ from surrogate.data.solid_features import PROTOCOL, forces_without_adhesion, sol
 from surrogate.files import STAGES, read_intact, read_record, write_run
 from surrogate.intervals import LEVELS, SolidIntervals, kinds_of
 from surrogate.trajectory import Doubt, PredictedTrajectory, predicted_trajectories
-from surrogate.validity import OTHERWISE, ExtrapolationWarning, Scenes, tabor_parameters
+from surrogate.validity import OTHERWISE, ExtrapolationWarning, Scenes, contacts, tabor_parameters
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression")
 """Results with outputs of their own."""
@@ -105,6 +105,8 @@ class SolidSurrogate:
 
     any_solid = True
     """Whether the model takes every linear solid."""
+    modulus_ratio: float | None = None
+    """The only modulus ratio that the model is valid for: of this one there is none."""
 
     def __init__(
         self,
@@ -169,14 +171,9 @@ class SolidSurrogate:
             ExtrapolationWarning: once, where contacts leave the training.
         """
         clock = time.perf_counter()
-        single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
-        paths = list(protocol) if isinstance(protocol, Iterable) else [protocol]
-        scenes = list(scene) if isinstance(scene, Iterable) else [scene] * len(paths)
-        paths = paths * len(scenes) if len(paths) == 1 else paths
+        scenes, paths, single = contacts(scene, protocol, "with a dwell")
         coverage = finite_number("coverage", coverage, above=0.0, high=LEVELS[-1])
         tabor = tabor_parameters(scenes, len(paths))
-        if strange := [path for path in paths if not isinstance(path, LoadingProtocol)]:
-            raise ValueError(f"protocol must be a LoadingProtocol with a dwell; received {shown(strange[0])}")
         if any(path.dwell_time <= 0.0 for path in paths):
             raise ValueError(
                 f"protocol must be one with a dwell, as in the training of {self.name}; received dwell_time 0"
@@ -185,18 +182,18 @@ class SolidSurrogate:
             raise ValueError(f"protocol must begin where it does by default; received {shown(default[0])}")
         if not paths:
             return []
-        strengths, times = _spectra(scenes)
+        strengths, times = _spectra(scenes * len(paths) if len(scenes) == 1 else scenes)
         quantities = {name: np.array([getattr(path, name) for path in paths]) for name in PROTOCOL[1:]}
-        found = self.predict_many({"tabor": tabor} | quantities, strengths, times)
-        outside = self.reach.outside(found["features"])
+        prediction = self.predict_many({"tabor": tabor} | quantities, strengths, times)
+        outside = self.reach.outside(prediction["features"])
         reasons = self._refusals(outside, single=single)
         trajectories = predicted_trajectories(
-            *(found[name] for name in ("times", "indentations", "force")),
+            *(prediction[name] for name in ("times", "indentations", "force")),
             unloading_from=sum(self.counts[:2]) - 1,
             seconds=(time.perf_counter() - clock) / len(outside),
             model=self.name,
             extrapolated=[texts for texts, _ in outside],
-            doubts=self._doubts(found, kinds_of(strengths, times), coverage),
+            doubts=self._doubts(prediction, kinds_of(strengths, times), coverage),
             refusals=reasons,
         )
         return trajectories[0] if single else trajectories
@@ -215,19 +212,19 @@ class SolidSurrogate:
             warnings.warn(f"{message}. Advice: {OTHERWISE}", ExtrapolationWarning, stacklevel=3)
         return reasons
 
-    def _doubts(self, found: dict[str, np.ndarray], kinds: np.ndarray, coverage: float) -> list[Doubt]:
+    def _doubts(self, prediction: dict[str, np.ndarray], kinds: np.ndarray, coverage: float) -> list[Doubt]:
         """What is known of the errors of each result of `predict_many`."""
-        half, shape = np.full((len(kinds), len(SCALARS) + 2), np.inf), np.ones(found["force"].shape)
+        half, shape = np.full((len(kinds), len(SCALARS) + 2), np.inf), np.ones(prediction["force"].shape)
         if self.intervals is not None:
-            half, shape = self.intervals.half_widths(found["features"], kinds, coverage)
-        half[:, SCALARS.index("hysteresis")] *= found["hysteresis"] + LEAST_LOOP
-        readings = np.column_stack([found[name] for name in SCALARS])
-        units = force_units(shape, found["pull_off_force"], self.counts)
+            half, shape = self.intervals.half_widths(prediction["features"], kinds, coverage)
+        half[:, SCALARS.index("hysteresis")] *= prediction["hysteresis"] + LEAST_LOOP
+        readings = np.column_stack([prediction[name] for name in SCALARS])
+        units = force_units(shape, prediction["pull_off_force"], self.counts)
         columns = zip(readings.tolist(), half.tolist(), shape, units, strict=True)
         return [Doubt(coverage, *fields) for fields in columns]
 
     def predict_many(
-        self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray, *, curve: bool = True
+        self, protocols: Mapping[str, np.ndarray], strengths: np.ndarray, times: np.ndarray
     ) -> dict[str, np.ndarray]:
         """Predict many contacts at once.
 
@@ -235,7 +232,6 @@ class SolidSurrogate:
             protocols: The five quantities by name, each of shape (batch,).
             strengths, times: Retardation terms of each solid, shape (batch, terms); those of strength zero are left
                 out.
-            curve: Whether to predict the force too.
 
         Returns:
             `SCALARS` by name, shape (batch,), the `features` they follow from, and, of the curve, the steps' `times`,
@@ -245,9 +241,9 @@ class SolidSurrogate:
         elastic = ~(strengths > 0.0).any(axis=1)
         timed = {name: np.where(elastic, 1.0, protocols[name]) for name in PROTOCOL[2:]}
         spectra = relaxation_spectra(strengths, times)
-        features, _ = solid_features({**protocols, **timed}, strengths, times, spectra)
+        features = solid_features({**protocols, **timed}, strengths, times, spectra)
         parts = [slice(at, at + _BATCH) for at in range(0, len(features), _BATCH)]
-        results = [self._part(features[part], protocols, spectra, part, curve) for part in parts]
+        results = [self._part(features[part], protocols, spectra, part) for part in parts]
         return {name: np.concatenate([result[name] for result in results]) for name in results[0]}
 
     def _part(
@@ -256,7 +252,6 @@ class SolidSurrogate:
         protocols: Mapping[str, np.ndarray],
         spectra: tuple[np.ndarray, np.ndarray],
         part: slice,
-        curve: bool,
     ) -> dict[str, np.ndarray]:
         quantities = {name: np.asarray(protocols[name], dtype=np.float64)[part] for name in PROTOCOL}
         rate = quantities["unloading_rate"]
@@ -266,9 +261,6 @@ class SolidSurrogate:
         scalars = scalars_of(targets, begin, rate)
         # The protocol ends where it began.
         scalars["pull_off_time"] = np.minimum(scalars["pull_off_time"], begin + travel / rate)
-        results = scalars | {"features": features, "targets": targets}
-        if not curve:
-            return results
         moduli, relaxations = (terms[part] for terms in spectra)
         path = protocol_rows([*quantities.values(), None, scalars["pull_off_time"]])
         times, indentations = around_pull_off(path, moduli, relaxations, np.array(self.counts))
@@ -282,7 +274,8 @@ class SolidSurrogate:
         force[:, turn:] = np.minimum(force[:, turn:], scalars["pull_off_force"][:, np.newaxis])
         pull_off = turn + np.abs(times[:, turn:] - scalars["pull_off_time"][:, np.newaxis]).argmin(axis=1)
         force[np.arange(len(force)), pull_off] = scalars["pull_off_force"]
-        return results | {"times": times, "indentations": indentations, "force": force}
+        histories = {"times": times, "indentations": indentations, "force": force}
+        return scalars | {"features": features, "targets": targets} | histories
 
 
 def _spectra(scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:

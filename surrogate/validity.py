@@ -28,6 +28,7 @@ from bem.problem.protocol import (
     LARGEST_RATE,
     LONGEST_DWELL,
     SMALLEST_RATE,
+    LoadingProtocol,
     default_start_indentation,
 )
 from bem.problem.scene import Scene
@@ -89,6 +90,33 @@ class ExtrapolationWarning(UserWarning):
     """A prediction is outside the ranges of the training set."""
 
 
+def contacts(
+    scene: Scenes, protocol: LoadingProtocol | Sequence[LoadingProtocol], more: str
+) -> tuple[list[Scene], list[LoadingProtocol], bool]:
+    """Read the arguments of a prediction.
+
+    Args:
+        scene: One scene, or one for each protocol.
+        protocol: One protocol, or one for each scene.
+        more: What else a protocol must be, for the message.
+
+    Returns:
+        The scenes, as many protocols as there are contacts, and whether both arguments are single.
+
+    Raises:
+        ValueError: a protocol is none.
+    """
+    scenes, protocols = _listed(scene), _listed(protocol)
+    if strange := [entry for entry in protocols if not isinstance(entry, LoadingProtocol)]:
+        raise ValueError(f"protocol must be a LoadingProtocol {more}; received {shown(strange[0])}")
+    single = not isinstance(scene, Iterable) and not isinstance(protocol, Iterable)
+    return scenes, protocols * len(scenes) if len(protocols) == 1 else protocols, single
+
+
+def _listed(argument: Any) -> list[Any]:
+    return list(argument) if isinstance(argument, Iterable) else [argument]
+
+
 def tabor_parameters(scene: Scenes, count: int) -> np.ndarray:
     """Return Tabor parameters of shape `(count,)`, from one scene per history or one for all.
 
@@ -96,7 +124,7 @@ def tabor_parameters(scene: Scenes, count: int) -> np.ndarray:
         ValueError: a scene is none, their number does not fit, or one is not of the kind that all models learned:
             Lennard-Jones adhesion, a paraboloid, and no spring.
     """
-    scenes = list(scene) if isinstance(scene, Iterable) else [scene]
+    scenes = _listed(scene)
     if len(scenes) not in (1, count):
         raise ValueError(f"scene must be one, or one for each of {count} histories; received {len(scenes)}")
     for at, entry in enumerate(scenes):
@@ -110,7 +138,7 @@ def modulus_ratios(scene: Scenes, count: int) -> np.ndarray:
     Raises:
         ValueError: a material is neither a standard linear solid nor elastic.
     """
-    scenes = list(scene) if isinstance(scene, Iterable) else [scene]
+    scenes = _listed(scene)
     for at, material in enumerate(entry.material for entry in scenes):
         if not isinstance(material, StandardLinearSolid | Elastic):
             raise ValueError(
@@ -237,7 +265,7 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     Returns:
         One entry for each quantity of which at least one value is outside; empty if there is none.
     """
-    bounds = bounds_of(ranges, quantities.get("tabor"))
+    bounds = _bounds(ranges, quantities.get("tabor"))
     names = [name for name in quantities if name in bounds]
     if not names:
         return []
@@ -258,8 +286,12 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
-def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
-    """Return for each of `count` histories why the model `name` refuses it, as one sentence; `""` if it does not."""
+def refusals(outside: Sequence[Excess], count: int, name: str, *, single: bool) -> list[str]:
+    """Return for each of `count` histories why the model `name` refuses it, as one sentence; `""` if it does not.
+
+    Raises:
+        ValueError: it refuses a single one.
+    """
     reasons = [""] * count
     if not outside:
         return reasons
@@ -272,10 +304,12 @@ def refusals(outside: Sequence[Excess], count: int, name: str) -> list[str]:
             f"{excess.name} must be from {low:.4g} to {high:.4g} for {name}, the range of its training and a margin; "
             f"`bem.simulate` takes others; received {excess.values[row]:.6g}"
         )
+    if single and reasons[0]:
+        raise ValueError(reasons[0])
     return reasons
 
 
-def bounds_of(ranges: dict[str, Any], tabor: Any = None) -> dict[str, tuple[Any, Any]]:
+def _bounds(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
     bounds = {**POINTS, "bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
     if tabor is not None:
@@ -333,21 +367,10 @@ def history_quantities(
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:
-    """Return the indices of the first and the last point of the dwell of one history, shape `(steps,)`.
-
-    Without a dwell, both are that of the peak; `edge` are marks as for `history_quantities`.
-    """
-    if edge is not None and 1 <= np.count_nonzero(edge) <= 2:
-        marks = np.flatnonzero(edge)
-        return int(marks[0]), int(marks[-1])
-    peak = int(np.argmax(indentation))
-    return plateau(indentation) or (peak, peak)
-
-
 def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None) -> dict[str, float]:
-    onset, end = dwell_ends(indentation, edge)
-    last = len(time) - 1
+    marks, peak, last = np.flatnonzero(edge if edge is not None else ()), int(indentation.argmax()), len(time) - 1
+    # Without a dwell, both are that of the peak.
+    onset, end = (marks[0], marks[-1]) if len(marks) in (1, 2) else plateau(indentation) or (peak, peak)
     corners = sorted({0, onset, end, last})
     travel, steps = np.ptp(indentation), np.diff(time)
     straight = np.interp(time, time[corners], indentation[corners])

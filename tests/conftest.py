@@ -5,7 +5,7 @@ import os
 import pytest
 from hypothesis import settings
 
-from surrogate.architectures import naming, registry
+from surrogate.architectures.naming import FAMILIES
 
 # TensorFlow, where a test starts it, is silent. All take one core: with matrices this small, threads of BLAS wait for
 # each other longer than they compute.
@@ -33,9 +33,7 @@ def in_this_process(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def forget_registered_architectures():
-    tables = (naming.FAMILIES, registry.REGISTERED)
-    before = [dict(table) for table in tables]
+    before = dict(FAMILIES)
     yield
-    for table, kept in zip(tables, before, strict=True):
-        table.clear()
-        table.update(kept)
+    FAMILIES.clear()
+    FAMILIES.update(before)

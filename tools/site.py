@@ -18,12 +18,7 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "results"
 _ENTRY = re.compile(r"^::: ((\w+)\.([\w.]+))$", re.MULTILINE)
-_NOT_ON_THE_SITE = "## What the paper leaves open"
-
-
-@cache
-def _package(name: str) -> griffe.Object | griffe.Alias:
-    return griffe.load(name)
+_package = cache(griffe.load)
 
 
 def _entry(match: re.Match[str]) -> str:
@@ -39,12 +34,6 @@ def _api_pages(index: File) -> Iterator[tuple[str, str]]:
     for match in _ENTRY.finditer(index.content_string):
         title = match[1].rpartition(".")[2]
         yield f"api/{match[1]}.md", f"# {title}\n\n[All names](../{index.src_uri})\n\n::: {match[1]}\n"
-
-
-def _report() -> str:
-    """The report as far as its map of the paper."""
-    text, _, _ = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").partition(_NOT_ON_THE_SITE)
-    return text.replace("](docs/", "](")
 
 
 def _figures() -> tuple[str, list[Path]]:
@@ -68,9 +57,10 @@ def _figures() -> tuple[str, list[Path]]:
 
 @event_priority(50)  # before the plugin that checks links lists the pages
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages."""
+    """Add the pages; the report goes as far as its map of the paper."""
     figures, pictures = _figures()
-    pages = {"report.md": _report(), "figures.md": figures}
+    report, _, _ = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").partition("## What the paper leaves open")
+    pages = {"report.md": report.replace("](docs/", "]("), "figures.md": figures}
     for index in files.documentation_pages():
         pages |= dict(_api_pages(index))
     for address, text in pages.items():

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from surrogate.data.scaling import symlog
+
 LEVELS = (0.5, 0.9, 0.99)
 
 
@@ -49,3 +51,14 @@ def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
 def quantiles(errors: np.ndarray) -> dict[str, float]:
     """Median, 90th and 99th percentile in percent."""
     return {f"p{100 * level:.0f}": 100.0 * float(np.quantile(errors, level)) for level in LEVELS}
+
+
+def medians(errors: dict[str, np.ndarray]) -> dict[str, float]:
+    """Median of each error."""
+    return {name: float(np.median(values)) for name, values in errors.items()}
+
+
+def in_units(threshold: float, training: np.ndarray, *forces: np.ndarray) -> list[np.ndarray]:
+    """Forces after the symmetric logarithm, standardised by the training forces."""
+    mean, deviation = (statistic(symlog(training / threshold)) for statistic in (np.mean, np.std))
+    return [(symlog(force / threshold) - mean) / deviation for force in forces]

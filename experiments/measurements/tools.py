@@ -17,7 +17,7 @@ from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
 from bem.methods.version import SOLVER_VERSION
-from experiments.cases import Case, Hidden
+from experiments.cases import Case, cases_of
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.harness import fingerprint, in_parallel, kept
 from experiments.published_models import published, training_differences
@@ -108,11 +108,11 @@ def ways_to_call(name: str, models: Path) -> tuple[dict[str, Answers], dict[str,
     return calls, {"model": name, **weights}
 
 
-def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Trajectory]:
-    """What a model predicts of some protocols; only one of any solid is told the modulus ratio, and the options."""
-    solids = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
+def predicted(model: Any, name: str, columns: dict[str, np.ndarray]) -> list[Trajectory]:
+    """What a model predicts of the protocols of columns; only one of any solid is told the modulus ratio."""
+    solids = scenes(columns["tabor"], columns["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
     with without_extrapolation_warnings():
-        return model.predict(solids, hidden.protocols(), **options)
+        return model.predict(solids, [case.protocol for case in cases_of(columns)])
 
 
 FILES = ("model.weights.h5", "model.onnx", "run.json", "scaling.json", "metrics.json")

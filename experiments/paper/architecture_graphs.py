@@ -93,9 +93,9 @@ def study(
 ) -> dict[str, Any]:
     """The graphs of the 18 paper models, or of user-defined architectures."""
     import surrogate
-    from surrogate.architectures.naming import paper_names, split_name
-    from surrogate.architectures.registry import REGISTERED, load_architectures
+    from surrogate.architectures.naming import is_registered, paper_names
+    from surrogate.architectures.registry import load_architectures
 
     load_architectures([Path(file) for file in architecture or ()])
-    own = [name for name in surrogate.names() if split_name(name)[0] in REGISTERED]
+    own = list(filter(is_registered, surrogate.names()))
     return graphs(own if architecture else paper_names())

@@ -27,23 +27,17 @@ def regime(
     protocol: dict[str, Any], surrogates: dict[str, Any], config: dict[str, Any], seconds: dict[str, float]
 ) -> dict[str, Any]:
     """One row of the timing table: native history, measurement steps, seconds; prediction and errors by recipe."""
-    from surrogate.data.metrics import hysteresis, nmae
+    from surrogate.data.metrics import physical_errors
 
     case = Case.of(protocol, config["modulus_ratio"])
     trajectory = case.simulated(config["accuracy"])
-    steps = case.on_steps(trajectory)
-
-    def scalars(force: np.ndarray) -> dict[str, float]:
-        area = float(hysteresis(steps["indentation"][None], force[None])[0])
-        return {"pull_off_force": float(force[FIRST_UNLOADING:].max()), "hysteresis": area}
-
-    by_recipe, reference = {}, scalars(steps["force"])
+    steps, by_recipe = case.on_steps(trajectory), {}
+    times, indentations, reference = (steps[name][None] for name in ("time", "indentation", "force"))
     for recipe, trained in surrogates.items():
         force = common.predicted(trained, steps["time"], steps["indentation"], protocol["tabor"])
-        prediction = scalars(force)
-        errors = {name: 100.0 * abs(prediction[name] - true) / abs(true) for name, true in reference.items()}
-        errors["nmae"] = float(nmae(force[None], steps["force"][None])[0])
-        by_recipe[recipe] = {"force": force, "errors_percent": errors}
+        errors = physical_errors(force[None], reference, times, indentations, FIRST_UNLOADING)
+        percents = {name: float(errors[f"{name}_percent"][0]) for name in ("pull_off_force", "hysteresis", "nmae")}
+        by_recipe[recipe] = {"force": force, "errors_percent": percents}
     return {
         "sample": int(protocol["sample"]),
         "protocol": {name: protocol[name] for name in QUANTITIES},

@@ -12,7 +12,7 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
-from experiments.cases import Case, native, rows_of
+from experiments.cases import Case, cases_of, native
 from experiments.common import Config, Dataset, Models
 from experiments.harness import progress
 from experiments.paper_numbers import paper_rows
@@ -53,7 +53,7 @@ def held_out(folder: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     common.require_dataset(folder, dataset)
     indices = Split.of(folder).test[: config["trajectories"] or None]
     protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
-    cases = [Case.of(row, config["modulus_ratio"]) for row in rows_of(protocols)]
+    cases = cases_of(protocols, config["modulus_ratio"])
     return protocols, [case.simulated(config["accuracy"]) for case in progress(cases, "held-out trajectories")]
 
 

@@ -22,39 +22,19 @@ from scipy.interpolate import CubicSpline
 from bem import Trajectory
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from experiments import common
-from experiments.cases import Case, Hidden, rows_of
+from experiments.cases import Case, cases_of, hidden_protocols
 from experiments.common import Dataset, Models
 from experiments.harness import progress
+from experiments.measurements.statistics import in_units, medians
 from experiments.paper.error_statistics import statistics
 from experiments.paper.fms_transfer import held_out
 from experiments.published_models import PAPER_TRAINED, REFERENCE, WORDED, by_recipe, paper_mse, read_model
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.metrics import dtw_rmse, hysteresis, nmae, pull_off, relative_error
-from surrogate.data.scaling import symlog
+from surrogate.data.metrics import dtw_rmse, physical_errors, relative_error
 
 Steps = Callable[[Case], tuple[np.ndarray, np.ndarray]]
 THRESHOLDS = (0.01, 0.1, 1.0, 10.0)
 """Of the symmetric logarithm, in pi R dgamma; the repository's is 1."""
-
-
-def percents(
-    grid: tuple[np.ndarray, np.ndarray], predicted: np.ndarray, reference: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Errors that do not depend on the threshold, in percent, each of shape (trajectories,); forces are physical."""
-    (force, time), (true_force, true_time) = (pull_off(grid[0], f, FIRST_UNLOADING) for f in (predicted, reference))
-    loops = (hysteresis(grid[1], force_history) for force_history in (predicted, reference))
-    return {
-        "pull_off_force_percent": relative_error(force, true_force),
-        "pull_off_time_percent": relative_error(time, true_time),
-        "hysteresis_percent": relative_error(*loops),
-        "nmae_percent": nmae(predicted, reference),
-    }
-
-
-def in_units(threshold: float, training: np.ndarray, *forces: np.ndarray) -> list[np.ndarray]:
-    """Forces after the symmetric logarithm, standardised by the training forces."""
-    mean, deviation = (statistic(symlog(training / threshold)) for statistic in (np.mean, np.std))
-    return [(symlog(force / threshold) - mean) / deviation for force in forces]
 
 
 def symmetric2(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -74,7 +54,9 @@ def symmetric2(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
 def thresholds(data: TrajectoryDataset, split: Split, forces: dict[str, np.ndarray]) -> dict[str, Any]:
     """Errors of the reference model, and the MSE of all models, in the units of each threshold."""
     training, reference = (data.force[rows].astype(np.float64) for rows in (split.train, split.test))
-    physical, by_threshold = percents(data.grid(split.test), forces[REFERENCE], reference), {}
+    # These do not depend on the threshold.
+    physical = physical_errors(forces[REFERENCE], reference, *data.grid(split.test), FIRST_UNLOADING)
+    by_threshold = {}
     for threshold in THRESHOLDS:
         true, own, *scaled = in_units(threshold, training, reference, forces[REFERENCE], *forces.values())
         errors = {"mse": np.mean((own - true) ** 2, axis=1), "mae": np.mean(np.abs(own - true), axis=1)}
@@ -110,18 +92,13 @@ def cubic(trajectory: Trajectory, times: np.ndarray, corners: list[float]) -> np
     return force
 
 
-def medians(errors: dict[str, np.ndarray]) -> dict[str, float]:
-    """Median of each error."""
-    return {name: float(np.median(values)) for name, values in errors.items()}
-
-
 def predicted_medians(trained: Any, cases: list[Case], simulations: list[Trajectory], steps: Steps) -> dict[str, float]:
     """Median errors of a surrogate at the measurement steps that a function gives for each case."""
     times, indentations = (np.stack(rows) for rows in zip(*map(steps, cases), strict=True))
     reference = np.stack([trajectory.at(row) for trajectory, row in zip(simulations, times, strict=True)])
     tabor = np.array([case.scene.tabor for case in cases])
     force = common.predicted(trained, times, indentations, tabor)
-    return medians(percents((times, indentations), force, reference))
+    return medians(physical_errors(force, reference, times, indentations, FIRST_UNLOADING))
 
 
 def spline_change(cases: list[Case], simulations: list[Trajectory]) -> dict[str, float]:
@@ -149,8 +126,8 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
     data, label = TrajectoryDataset.load(dataset), next(iter(by_recipe(REFERENCE, models).values()))
     config = {"trajectories": 0, "modulus_ratio": common.MODULUS_RATIO, "accuracy": "standard"}
     protocols, simulations = held_out(models / label, dataset, config)
-    split, cases = Split.of(models / label), [Case.of(row) for row in rows_of(protocols)]
-    hidden = Hidden.draw(len(cases), common.MODULUS_RATIO)
+    split, cases = Split.of(models / label), cases_of(protocols)
+    hidden = cases_of(hidden_protocols(len(cases), common.MODULUS_RATIO))
     labels, forces = PAPER_TRAINED | {REFERENCE: label}, {}
     for name, path in progress(list(labels.items()), "models"):
         if (models / path / "model.weights.h5").is_file():
@@ -168,9 +145,7 @@ def study(models: Models, dataset: Dataset) -> dict[str, Any]:
         "symmetric2": float(symmetric2(own, true).mean()),
         "peak_in_the_dwell": predicted_medians(trained, cases, simulations, peak_in_the_dwell),
         "cubic_spline": spline_change(cases, simulations),
-        "off_the_grid": predicted_medians(
-            trained, [Case.of(row) for row in rows_of(hidden.quantities)], list(hidden.simulated()), Case.grid
-        ),
+        "off_the_grid": predicted_medians(trained, hidden, [case.simulated("standard") for case in hidden], Case.grid),
         "plateau": {
             name: {key: read_model(folder)[key] for key in ("epochs", "mse")} for name, folder in plateau.items()
         },

@@ -22,7 +22,7 @@ from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.methods.version import SOLVER_VERSION
-from experiments.cases import completed
+from experiments.cases import between, completed
 from experiments.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
 from experiments.robustness.lab_curves import CLASSES, UNKNOWN
@@ -49,12 +49,12 @@ QUANTITIES = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulu
 
 def drawn(rng: np.random.Generator, instrument: str = "sphere") -> dict[str, float]:
     """The truth of one case, in SI; with a `stiffness` where the stage is moved."""
-    truth = {name: float(np.exp(rng.uniform(*np.log(bounds)))) for name, bounds in LOGARITHMIC.items()}
+    truth = {name: between(rng, *bounds) for name, bounds in LOGARITHMIC.items()}
     setup = setup_of(truth)
     truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup.adhesion_length
     truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup.force_scale
     if instrument == "stage":
-        truth["stiffness"] = float(np.exp(rng.uniform(*np.log(SPRING)))) * setup.force_scale / setup.adhesion_length
+        truth["stiffness"] = between(rng, *SPRING) * setup.force_scale / setup.adhesion_length
     return truth
 
 

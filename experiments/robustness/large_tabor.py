@@ -19,29 +19,18 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem import (
-    ConstantStress,
-    Exponential,
-    ForceProtocol,
-    LennardJones,
-    LoadingProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    Trajectory,
-    simulate,
-)
+from bem import ForceProtocol, LoadingProtocol, Scene, Trajectory, simulate
 from bem._support.wording import markdown_table
 from bem.methods.closed_forms import hertz, jkr
 from bem.problem.accuracy import resolve_accuracy
 from bem.results.trajectory import is_completed
 from bem.simulation import load_kernels
+from experiments.cases import between, random_contact
 from experiments.harness import CLOCK, Count, Jobs, Seed, in_parallel
 
 DEVICES = ("stage", "spring", "force")
 TABORS, RATES = (20.0, 60.0, 200.0, 700.0, 3000.0), (1e-3, 1e-1, 1.0, 10.0, 1e3)
 """Bounds of the classes of the table; rates are those of unloading, in mu h0 per retardation time."""
-LAWS = (LennardJones(), LennardJones(), ConstantStress(), Exponential())
 REFINEMENT = 4.0
 QUANTITIES = ("pull_off_force", "max_compression", "hysteresis")
 _AWAY = -4.0  # start and end of a cycle, in mu h0
@@ -50,19 +39,9 @@ _AWAY = -4.0  # start and end of a cycle, in mu h0
 def drawn(number: int, seed: int) -> tuple[Scene, LoadingProtocol | ForceProtocol, float]:
     """The random scene of a number, its protocol, and the rate of unloading."""
     random = np.random.default_rng((seed, number))
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-    tabor, ratio = between(TABORS[0], TABORS[-1]), between(0.01, 0.9)
-    material: StandardLinearSolid | PronySeries = StandardLinearSolid(ratio)
-    if number % 2:
-        terms = int(random.integers(2, 5))
-        strengths = (1.0 - ratio) * random.dirichlet(np.ones(terms))
-        material = PronySeries(strengths, 10.0 ** random.uniform(-1.5, 1.5, terms))
-    law = LAWS[int(random.integers(len(LAWS)))]
-    peak, dwell = between(0.3, 5.0), between(1e-3, 10.0)
-    loading, unloading = (between(RATES[0], RATES[-1]) for _ in range(2))
+    tabor, material, law = random_contact(random, number, (TABORS[0], TABORS[-1]), (0.01, 0.9))
+    peak, dwell = between(random, 0.3, 5.0), between(random, 1e-3, 10.0)
+    loading, unloading = (between(random, RATES[0], RATES[-1]) for _ in range(2))
     device = DEVICES[number % len(DEVICES)]
     if device == "force":
         press = float(hertz.force_from_indentation(peak * tabor, tabor))
@@ -75,7 +54,7 @@ def drawn(number: int, seed: int) -> tuple[Scene, LoadingProtocol | ForceProtoco
         unloading_rate=unloading * tabor,
         start_indentation=_AWAY * tabor,
     )
-    return Scene(tabor, material, law, between(0.1, 100.0) if device == "spring" else None), cycle, unloading
+    return Scene(tabor, material, law, between(random, 0.1, 100.0) if device == "spring" else None), cycle, unloading
 
 
 def breaches(scene: Scene, trajectory: Trajectory) -> Iterator[str]:

@@ -14,20 +14,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem import (
-    ConstantStress,
-    Exponential,
-    LennardJones,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-)
+from bem import PiecewiseLinearProtocol, Scene, simulate
 from bem.methods.sharp_crack import STEP_ERROR, ZONE_ERROR
 from bem.methods.version import SOLVER_VERSION
 from bem.problem.accuracy import LOOSEST
 from bem.problem.protocol import default_start_indentation
+from experiments.cases import between, random_contact
 from experiments.harness import Count, Jobs, Seed, fingerprint, in_parallel, kept
 
 KEPT = Path("results/sharp_crack_error")
@@ -41,19 +33,9 @@ QUANTITIES = ("pull_off_force", "hysteresis")
 def history(number: int, seed: int) -> tuple[Scene, PiecewiseLinearProtocol]:
     """The random history of a number."""
     random = np.random.default_rng((seed, number))
-
-    def between(low: float, high: float) -> float:
-        return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-    tabor, ratio = between(10.0, 40.0), between(0.02, 0.5)
-    material: StandardLinearSolid | PronySeries = StandardLinearSolid(ratio)
-    if number % 2:
-        terms = int(random.integers(2, 5))
-        strengths = (1.0 - ratio) * random.dirichlet(np.ones(terms))
-        material = PronySeries(strengths, 10.0 ** random.uniform(-1.5, 1.5, terms))
-    law = (LennardJones(), LennardJones(), ConstantStress(), Exponential())[int(random.integers(4))]
-    start, peak = default_start_indentation(1.0), between(0.5, 5.0)
-    load, unload = between(0.1, 100.0), between(0.03, 1000.0)
+    tabor, material, law = random_contact(random, number, (10.0, 40.0), (0.02, 0.5))
+    start, peak = default_start_indentation(1.0), between(random, 0.5, 5.0)
+    load, unload = between(random, 0.1, 100.0), between(random, 0.03, 1000.0)
     depths, rates = [start, peak], [load]
     if random.random() < 0.3:  # a reload, or a hold on the way
         middle = random.uniform(-0.5, 0.7 * peak)
@@ -62,12 +44,12 @@ def history(number: int, seed: int) -> tuple[Scene, PiecewiseLinearProtocol]:
     depths, rates = [*depths, 2.0 * start], [*rates, unload]
     times, path = [0.0], [depths[0]]
     for depth, rate in zip(depths[1:], rates, strict=True):
-        times.append(times[-1] + (abs(depth - path[-1]) / rate or between(0.01, 3.0)))
+        times.append(times[-1] + (abs(depth - path[-1]) / rate or between(random, 0.01, 3.0)))
         path.append(depth)
         if len(path) == 2 and random.random() < 0.7:
-            times.append(times[-1] + between(0.01, 10.0))
+            times.append(times[-1] + between(random, 0.01, 10.0))
             path.append(depth)
-    spring = between(1.0, 100.0) / tabor if random.random() < 0.2 else None
+    spring = between(random, 1.0, 100.0) / tabor if random.random() < 0.2 else None
     return Scene(tabor, material, law, spring), PiecewiseLinearProtocol(times, tabor * np.array(path))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import typer
 
 import surrogate
-from experiments.cases import RANGES, Hidden, results_of
+from experiments.cases import RANGES, cases_of, hidden_protocols
 from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
@@ -34,17 +34,18 @@ FINE = 5e-4
 SOLVERS = {"solver": "standard", "draft": "draft"}
 """Names of the solver in results, and its accuracy."""
 
-PullOff = Callable[[Hidden], Iterable[float]]
+Columns = dict[str, np.ndarray]
+PullOff = Callable[[Columns], Iterable[float]]
 
 
-def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) -> np.ndarray:
+def gradient(pull_off: PullOff, hidden: Columns, count: int = len(QUANTITIES)) -> np.ndarray:
     """Derivatives of the logarithm of the pull-off force by those of the first `count` quantities, shape (n, count)."""
-    base, directions = np.log([hidden.quantities[name] for name in QUANTITIES]), np.eye(len(QUANTITIES))[:count]
+    base, directions = np.log([hidden[name] for name in QUANTITIES]), np.eye(len(QUANTITIES))[:count]
     # Each quantity less, then each more: 2 `count` n protocols.
     moved = base + STEP * np.concatenate([-directions, directions])[:, :, np.newaxis]
     rows = np.exp(moved).transpose(1, 0, 2).reshape(len(QUANTITIES), -1)
-    forces = pull_off(Hidden(dict(zip(QUANTITIES, rows, strict=True))))
-    logs = np.log(np.fromiter(forces, float)).reshape(2, count, len(hidden))
+    forces = pull_off(dict(zip(QUANTITIES, rows, strict=True)))
+    logs = np.log(np.fromiter(forces, float)).reshape(2, count, -1)
     return (logs[1] - logs[0]).T / (2.0 * STEP)
 
 
@@ -55,7 +56,7 @@ def count_of(name: str) -> int:
 
 def of_solver(accuracy: str | float) -> PullOff:
     """Pull-off forces of the solver."""
-    return lambda hidden: (trajectory.pull_off_force for trajectory in hidden.simulated(accuracy))
+    return lambda hidden: (case.simulated(accuracy).pull_off_force for case in cases_of(hidden))
 
 
 def of_model(model: Any, name: str) -> PullOff:
@@ -69,16 +70,16 @@ def gradient_errors(gradients: np.ndarray, true: np.ndarray) -> dict[str, float]
     return quantiles(np.linalg.norm(gradients[:, :COMMON] - true[:, :COMMON], axis=1) / size)
 
 
-def gradient_seconds(models: dict[str, Any], hidden: Hidden) -> dict[str, float]:
+def gradient_seconds(models: dict[str, Any], hidden: Columns) -> dict[str, float]:
     """Median processor seconds of a gradient of many protocols in one batch; the solver's is its simulations."""
-    few = len(hidden) // ROUNDS
-    some = [hidden.part(slice(turn, few * ROUNDS, ROUNDS)) for turn in range(ROUNDS)]
+    few = len(hidden["tabor"]) // ROUNDS
+    some = [{name: values[turn : few * ROUNDS : ROUNDS] for name, values in hidden.items()} for turn in range(ROUNDS)]
     calls: dict[str, tuple[Callable[[int], Any], int]] = {
         name: (lambda turn, m=model, n=name: gradient(of_model(m, n), some[turn], count_of(n)), few)
         for name, model in models.items()
     }
     for name, target in SOLVERS.items():
-        calls[name] = (lambda turn, a=target: results_of(some[turn].simulated(a)), few)
+        calls[name] = (lambda turn, a=target: list(of_solver(a)(some[turn])), few)
     seconds = in_turn(calls, ROUNDS)
     return seconds | {name: 2 * len(QUANTITIES) * seconds[name] for name in SOLVERS}
 
@@ -88,7 +89,7 @@ def study(
 ) -> dict[str, Any]:
     """Compare the cost and the gradients of the models and the solver; the cases are the protocols of one batch."""
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}
-    hidden = Hidden.draw(count, MODULUS_RATIO)
+    hidden = hidden_protocols(count, MODULUS_RATIO)
     tools: dict[str, PullOff] = {name: of_solver(accuracy) for name, accuracy in SOLVERS.items()}
     tools |= {name: of_model(trained, name) for name, trained in models.items()}
     true = gradient(of_solver(FINE), hidden)

@@ -14,7 +14,7 @@ import numpy as np
 import surrogate
 from bem._support.wording import markdown_table
 from bem.results.trajectory import Trajectory
-from experiments.cases import RANGES, Hidden
+from experiments.cases import RANGES, cases_of
 from experiments.common import MODULUS_RATIO
 from experiments.harness import Count, Seed, progress
 from experiments.measurements.tools import predicted
@@ -30,8 +30,8 @@ RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 """Those with intervals, in the order of `INTERVALS`."""
 
 
-def beyond(where: str, distance: float, count: int, seed: int) -> Hidden:
-    """Draw protocols beyond one of `ENDS`, or beyond an end of every range, by `distance` in all."""
+def beyond(where: str, distance: float, count: int, seed: int) -> dict[str, np.ndarray]:
+    """Draw columns of protocols beyond one of `ENDS`, or beyond an end of every range, by `distance` in all."""
     rng, columns = np.random.default_rng(seed), {}
     for name, (low, high) in RANGES.items():
         share = rng.random(count)
@@ -41,8 +41,7 @@ def beyond(where: str, distance: float, count: int, seed: int) -> Hidden:
             own = distance / len(RANGES) if where == ALL else distance
             share = np.where(upper, 1.0 + own, -own)
         columns[name] = low * (high / low) ** share
-    columns["modulus_ratio"] = np.minimum(columns["modulus_ratio"], 1.0)
-    return Hidden(columns)
+    return columns | {"modulus_ratio": np.minimum(columns["modulus_ratio"], 1.0)}
 
 
 def pull_off_error(prediction: PredictedTrajectory, trajectory: Trajectory, on_steps: bool) -> float:
@@ -83,8 +82,8 @@ def study(*, count: Count = 100, seed: Seed = 5) -> dict[str, Any]:
     places = [(where, distance) for where in (*ENDS, ALL) for distance in DISTANCES]
     for where, distance in progress(places, "ends of ranges"):
         solids = beyond(where, distance, count, seed)
-        paper = Hidden(solids.quantities | {"modulus_ratio": np.full(count, MODULUS_RATIO)})
-        exact = [list(hidden.simulated()) for hidden in (solids, paper)]
+        paper = solids | {"modulus_ratio": np.full(count, MODULUS_RATIO)}
+        exact = [[case.simulated("standard") for case in cases_of(columns)] for columns in (solids, paper)]
         for name, model in models.items():
             on_steps = name not in PRETRAINED
             hidden = paper if on_steps else solids

@@ -75,5 +75,4 @@ def study(
         result = {"config": config, "complete": complete, "summary": summary if complete else dict.fromkeys(summary)}
         common.write_result(out, "data_efficiency", result | {"full": trained[WHOLE], "shares": shares})
 
-    folders = {"dataset": dataset, "models": models, "work": work, "out": out}
-    train_variants(planned, **folders, jobs=config["jobs"], publish=publish)
+    train_variants(planned, dataset=dataset, models=models, work=work, out=out, jobs=config["jobs"], publish=publish)

@@ -46,14 +46,12 @@ def study(config: Config, dataset: Dataset, models: Models, out: Path, *, work: 
     """Train on each feature set, or continue; the result file is written after each training."""
     planned = variants(config)
 
-    def publish(trained: dict[tuple[str, ...], dict[str, Any]]) -> None:
+    def publish(trained: dict[str, dict[str, Any]]) -> None:
         if not trained:
             return
-        sets = {name: trained["sets", name] for name in planned if ("sets", name) in trained}
+        sets = {name: trained[name] for name in planned if name in trained}
         compared = sets.keys() >= set(PAPER) & set(config["sets"])
         result = {"config": config, "complete": len(trained) == len(planned)}
         common.write_result(out, "feature_sets", result | {"summary": summary(sets) if compared else {}, "sets": sets})
 
-    folders = {"dataset": dataset, "models": models, "work": work}
-    keyed = {("sets", name): variant for name, variant in planned.items()}
-    train_variants(keyed, **folders, out=out, jobs=config["jobs"], publish=publish)
+    train_variants(planned, dataset=dataset, models=models, work=work, out=out, jobs=config["jobs"], publish=publish)

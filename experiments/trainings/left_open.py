@@ -17,15 +17,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from bem.dataset.measurement_steps import FIRST_UNLOADING
 from experiments import common
 from experiments.common import Dataset, Models
 from experiments.harness import progress
-from experiments.paper.open_choices import in_units, medians, percents
+from experiments.measurements.statistics import in_units, medians
 from experiments.published_models import METRICS, REFERENCE, read_model
 from experiments.trainings.variants import WORK, Work
 from surrogate.architectures.naming import FAMILIES, PARAMETER_COUNTS, paper_names
 from surrogate.architectures.registry import register
 from surrogate.data.dataset import TrajectoryDataset
+from surrogate.data.metrics import physical_errors
 from surrogate.training.interface import train
 
 THRESHOLD = 0.01
@@ -60,7 +62,7 @@ def study_threshold(dataset: Dataset, models: Models, *, work: Work = WORK / "th
     return {
         "threshold": THRESHOLD,
         "mse": mse,
-        **medians(percents(grid, own, reference)),
+        **medians(physical_errors(own, reference, *grid, FIRST_UNLOADING)),
         **{name: model[name] for name in ("epochs", "hours", "backend")},
         "in_the_unit_1": others,
         "best": min(others, key=others.__getitem__),

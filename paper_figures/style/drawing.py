@@ -26,8 +26,6 @@ COLUMN, DOUBLE_COLUMN = 88 / 25.4, 180 / 25.4
 BLUE, RED, GREEN, VIOLET, ORANGE, SKY = FAMILIES = [COLOURS[f"M{number}"] for number in range(1, 7)]
 """Colours of the six families, and of what is no tool in figures without them."""
 BLACK, PAPER = COLOURS["solver"], COLOURS["paper"]
-STEPS = {"uniform": {"color": RED, "marker": "o"}, "physical": {"color": BLUE, "marker": "^"}}
-"""Looks of the two kinds of measurement steps."""
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
 KINDS = {
     "solver": {"color": BLACK, "marker": "o"},

@@ -10,7 +10,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
-from surrogate.architectures.registry import REGISTERED, check_model, register
+from surrogate.architectures.registry import check_model, register
 from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
@@ -38,11 +38,9 @@ def build(name: str, features: str = "D") -> keras.Model:
     """
     family, conditioning = split_name(name)
     import_keras()
-    if family in REGISTERED:
-        builder = REGISTERED[family].builder
-    else:
-        module = FAMILIES[family].builder
-        builder = getattr(importlib.import_module(f"{__name__}.{module}"), module)
+    builder = FAMILIES[family].builder
+    if isinstance(builder, str):
+        builder = getattr(importlib.import_module(f"{__name__}.{builder}"), builder)
     model: keras.Model = builder(conditioning=conditioning, features=features, name=name)
     check_model(model, name, features)
     return model

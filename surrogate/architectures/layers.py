@@ -1,6 +1,6 @@
 """Layers for the conditioning on the Tabor parameter: a channel, FiLM, or a gate between two representations.
 
-Source: the paper's appendix "Tabor-Conditioning Mechanisms". `ChosenSteps` is not the paper's; `fast` begins with it.
+Source: the paper's appendix "Tabor-Conditioning Mechanisms".
 
 These layers are registered with Keras under the package name `surrogate` and define `get_config`, so that Keras can
 serialise models. Weights files store their sublayers under readable names.
@@ -8,17 +8,18 @@ serialise models. Weights files store their sublayers under readable names.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import keras
 from keras import ops
 
 
-class Layer(keras.layers.Layer):
-    """A layer whose output has the shape of its first input, and whose own arguments are attributes of their names."""
+class Conditioning(keras.layers.Layer):
+    """A layer that maps the Tabor parameter to a context of `hidden` units; its output has its first input's shape."""
 
-    arguments: tuple[str, ...] = ()
+    def __init__(self, hidden: int, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.hidden = hidden
 
     def compute_output_shape(self, first_shape: tuple) -> tuple:
         """Return the shape of the first input."""
@@ -26,11 +27,11 @@ class Layer(keras.layers.Layer):
 
     def get_config(self) -> dict[str, Any]:
         """Return the constructor's arguments."""
-        return {**super().get_config(), **{name: getattr(self, name) for name in self.arguments}}
+        return {**super().get_config(), "hidden": self.hidden}
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class AppendTabor(Layer):
+class AppendTabor(keras.layers.Layer):
     """Repeat the scaled Tabor parameter over the steps, and append it as the last channel.
 
     Call arguments: a 3D tensor of shape `(batch, steps, channels)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
@@ -48,7 +49,7 @@ class AppendTabor(Layer):
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class FiLM(Layer):
+class FiLM(Conditioning):
     """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
 
     A dense layer with ReLU maps the scaled Tabor parameter to a context. Two dense layers map the context to the scale
@@ -61,11 +62,8 @@ class FiLM(Layer):
     tensor of the first argument's shape.
     """
 
-    arguments = ("hidden",)
-
     def __init__(self, hidden: int = 64, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.hidden = hidden
+        super().__init__(hidden, **kwargs)
 
     def build(self, sequence_shape: tuple, tabor_shape: tuple) -> None:
         """Create the three dense layers."""
@@ -87,7 +85,7 @@ class FiLM(Layer):
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class TaborGate(Layer):
+class TaborGate(Conditioning):
     """Convex combination of two representations; a dense network with softmax maps the Tabor parameter to its weights.
 
     Args:
@@ -97,11 +95,8 @@ class TaborGate(Layer):
     3D tensor of shape `(batch, steps, features)`.
     """
 
-    arguments = ("hidden",)
-
     def __init__(self, hidden: int = 96, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.hidden = hidden
+        super().__init__(hidden, **kwargs)
 
     def build(self, first_shape: tuple, second_shape: tuple, tabor_shape: tuple) -> None:
         """Create the two dense layers."""
@@ -119,30 +114,3 @@ class TaborGate(Layer):
         """Combine the two representations."""
         weights = ops.expand_dims(self.weighting(self.context(tabor)), axis=1)
         return weights[:, :, :1] * first + weights[:, :, 1:] * second
-
-
-@keras.saving.register_keras_serializable(package="surrogate")
-class ChosenSteps(Layer):
-    """The channels of a history at some of its steps, side by side.
-
-    Args:
-        steps: Numbers of these steps.
-
-    Call argument: a 3D tensor of shape `(batch, steps, channels)`. Output: a 2D tensor of shape `(batch, chosen steps *
-    channels)`.
-    """
-
-    arguments = ("steps",)
-
-    def __init__(self, steps: Sequence[int], **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.steps = [int(step) for step in steps]
-
-    def call(self, sequence: Any) -> Any:
-        """Choose the steps."""
-        chosen = ops.take(sequence, self.steps, axis=1)
-        return ops.reshape(chosen, (-1, len(self.steps) * sequence.shape[-1]))
-
-    def compute_output_shape(self, sequence_shape: tuple) -> tuple:
-        """Return the shape of all chosen channels side by side."""
-        return (sequence_shape[0], len(self.steps) * sequence_shape[-1])

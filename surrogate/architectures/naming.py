@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 from bem._support.wording import listed, shown
 
+if TYPE_CHECKING:
+    import keras
+
 CONDITIONINGS = ("concat", "FiLM", "gated")
 """Ways to include the Tabor parameter (`surrogate.architectures.layers`)."""
+
+
+class Source(NamedTuple):
+    """Name of a file, without its folder, and SHA-256 sum of its content."""
+
+    name: str
+    sha256: str
 
 
 class Family(NamedTuple):
     """A family of models: one architecture, in its conditionings."""
 
     description: str
-    builder: str = ""
-    """Name of the function that builds the models, and of its module in this folder; empty if it is registered."""
+    builder: str | Callable[..., keras.Model] = ""
+    """The function that builds the models if it is registered, otherwise its name, which is that of its module too."""
     parameters: tuple[int, ...] = ()
     """Numbers of trainable parameters with feature set D, one for each conditioning."""
     conditionings: tuple[str, ...] = CONDITIONINGS
+    source: Source | None = None
+    """The file that registered the family; `None` for those of this package, or without a file."""
 
 
 FAMILIES: dict[str, Family] = {
@@ -68,3 +81,8 @@ def split_name(name: str) -> tuple[str, str]:
         raise ValueError(f"name must be one of {listed(names(), name)}; received {shown(name)}")
     family, _, conditioning = name.rpartition("-")
     return family, conditioning
+
+
+def is_registered(name: str) -> bool:
+    """Return whether a model is of a registered family, not of this package; errors as of `split_name`."""
+    return callable(FAMILIES[split_name(name)[0]].builder)

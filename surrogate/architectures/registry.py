@@ -13,13 +13,12 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from bem._support.outputs import plain_name
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, split_name
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, Family, Source, split_name
 from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
@@ -29,23 +28,6 @@ REGISTERING = "--architecture must be a Python file that calls surrogate.registe
 ARGUMENTS = ("conditioning", "features", "name")
 
 
-@dataclass(frozen=True)
-class Source:
-    """Name of a file, without its folder, and SHA-256 sum of its content."""
-
-    name: str
-    sha256: str
-
-
-@dataclass(frozen=True)
-class Registered:
-    """A builder, and the file that defines it; `None` without a file."""
-
-    builder: Callable[..., keras.Model]
-    source: Source | None
-
-
-REGISTERED: dict[str, Registered] = {}
 _loading: list[Source] = []
 
 
@@ -71,7 +53,7 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
         raise ValueError(f"conditionings must be of {', '.join(CONDITIONINGS)}; received {conditionings!r}")
     for conditioning in conditionings:
         plain_name(f"{family}-{conditioning}", "a model's name FAMILY-CONDITIONING")
-    if family in FAMILIES and family not in REGISTERED:
+    if family in FAMILIES and not callable(FAMILIES[family].builder):
         raise ValueError(f"family must be another than {', '.join(FAMILIES)}; received {family!r}")
     try:
         inspect.signature(builder).bind(**dict.fromkeys(ARGUMENTS))
@@ -84,9 +66,8 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
     except TypeError:
         file = Path()
     source = _loading[-1] if _loading else _source(file) if file.is_file() else None
-    REGISTERED[family] = Registered(builder, source)
     description = (inspect.getdoc(builder) or "a user's architecture").splitlines()[0].rstrip(".")
-    FAMILIES[family] = Family(description, conditionings=tuple(conditionings))
+    FAMILIES[family] = Family(description, builder, conditionings=tuple(conditionings), source=source)
 
 
 def load_architectures(files: Iterable[Path]) -> None:
@@ -101,7 +82,7 @@ def load_architectures(files: Iterable[Path]) -> None:
         if not file.is_file():
             raise FileNotFoundError(f"{REGISTERING}; received {file}, which does not exist")
         import_keras()
-        before, source = dict(REGISTERED), _source(file)
+        before, source = dict(FAMILIES), _source(file)
         # The import system would write a compiled copy next to the file.
         module = ModuleType(f"architecture_{source.sha256[:16]}")
         sys.modules[module.__name__] = module
@@ -113,7 +94,7 @@ def load_architectures(files: Iterable[Path]) -> None:
             raise ValueError(f"{REGISTERING}; received {file}, which fails{_line(error, file)}: {reason}") from error
         finally:
             _loading.pop()
-        if before == REGISTERED:
+        if before == FAMILIES:
             raise ValueError(f"{REGISTERING}; received {file}, which does not")
 
 
@@ -123,8 +104,7 @@ def source_of(name: str) -> Source | None:
     Raises:
         ValueError: the name is unknown.
     """
-    registered = REGISTERED.get(split_name(name)[0])
-    return registered.source if registered else None
+    return FAMILIES[split_name(name)[0]].source
 
 
 def require_source(run: dict[str, Any]) -> None:
@@ -138,7 +118,7 @@ def require_source(run: dict[str, Any]) -> None:
         return
     file, digest = (str(recorded.get(key)) for key in ("name", "sha256"))
     family = run["architecture"].rpartition("-")[0]
-    source = REGISTERED[family].source if family in REGISTERED else None
+    source = FAMILIES[family].source if family in FAMILIES else None
     if source is None or source.sha256 != digest:
         received = f"{source.name} ({source.sha256[:12]})" if source else f"no file with {run['architecture']}"
         raise ValueError(

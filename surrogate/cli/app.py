@@ -20,7 +20,8 @@ from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.cli.predict_si import UnitGroup, predict_si
-from surrogate.files import PRETRAINED, find_model, model_roots, read_run, write_run
+from surrogate.files import PRETRAINED, find_model, model_roots, read_intact, read_run, write_run
+from surrogate.onnx.file import ONNX_NAME
 from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.stopping import STOPPED, stop_request
 
@@ -194,7 +195,7 @@ def export(
     if out is None and as_keras:
         raise ValueError("--out must name the file for .keras; received no --out")
     load_architectures(architecture or ())
-    written = folder / "model.onnx" if out is None else out
+    written = folder / ONNX_NAME if out is None else out
     with Outputs(written) as outputs:
         if as_keras:
             model = surrogate.load(folder, backend="keras").model
@@ -204,7 +205,7 @@ def export(
             model_bytes = None
             if out is not None:  # the present file, which takes no Keras, if it belongs to the others
                 with suppress(ValueError, FileNotFoundError):
-                    model_bytes = surrogate.load(folder).network.content()
+                    model_bytes = read_intact(folder / ONNX_NAME, read_run(folder)[0])
             if model_bytes is None:
                 import_keras()
                 from surrogate.training.runs import folder_content
@@ -212,7 +213,7 @@ def export(
                 model_bytes = folder_content(folder)
             with outputs.write(written) as temporary:
                 temporary.write_bytes(model_bytes)
-    if written.absolute() == (folder / "model.onnx").absolute():
+    if written.absolute() == (folder / ONNX_NAME).absolute():
         write_run(folder, read_run(folder)[0])
     typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from surrogate.cli.comparison import Answer
     from surrogate.cli.predict_io import Table
     from surrogate.model import Surrogate
+    from surrogate.solids import SolidSurrogate
 
 RATIO = "modulus_ratio"
 USUAL_MODULUS_RATIO = 0.1
@@ -135,9 +136,8 @@ def predict(
         model = surrogate.load(name, models, backend=backend)
         if coverage is not None and not model.any_solid:
             raise ValueError(f"--coverage must go with {' or '.join(PRETRAINED)}, which know it; received {model.name}")
-        own = None if model.any_solid else model.modulus_ratio
-        ratio = _solver_material(model, table, modulus_ratio, check=check)
-        answers = of_protocols(model, table, _solid(model, table, ratio, material, modulus_ratio), coverage)
+        own = model.modulus_ratio
+        answers = of_protocols(model, table, _solid(model, table, material, modulus_ratio, check=check), coverage)
         quiet = out is not None and len(answers) > 1
         refused = _warn(answers, quiet=quiet)
         for answer in answers if check else ():
@@ -145,7 +145,7 @@ def predict(
         if out is not None:
             with outputs.write(out) as temporary:
                 write_answers(temporary, answers, None if source is None or steps else table.columns)
-        alone = len(answers) == 1 and own in (None, ratio)
+        alone = len(answers) == 1 and own in (None, answers[0].scene.material.modulus_ratio)
         title = title_of(answers[0].scene, answers[0].protocol) if alone else ""
         if plot is not None:
             with outputs.write(plot) as temporary:
@@ -192,31 +192,22 @@ def _print(answers: Sequence[Answer], title: str, *, as_json: bool, quiet: bool)
             typer.echo(readable(number, answer.predicted, answer.check))
 
 
-def _solid(model: Any, table: Table, ratio: float, material: str | None, modulus_ratio: float | None) -> Any:
-    """The solid of `--material`, or the standard linear solid of a modulus ratio."""
-    if material is None:
-        return ratio
+def _solid(
+    model: Surrogate | SolidSurrogate, table: Table, material: str | None, chosen: float | None, *, check: bool
+) -> Any:
+    """The solid of `--material`, or the modulus ratio of the standard linear solid for the solver.
+
+    It warns if that is not known to be the one of the training set.
+
+    Raises:
+        ValueError: a solid or a column of modulus ratios for a model of one material, more than one way to name the
+            solid, or another modulus ratio than the model's without a check.
+    """
     from bem.cli.arguments import parse_material
     from surrogate.files import PRETRAINED
 
-    if not model.any_solid:
-        raise ValueError(
-            f"--material must go with {' or '.join(PRETRAINED)}, which know any solid; received it for {model.name}"
-        )
-    if modulus_ratio is not None or RATIO in table.columns:
-        raise ValueError("the solid must come from --material or from modulus ratios, not both; received both")
-    return parse_material(material)
-
-
-def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, check: bool) -> float:
-    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set.
-
-    Raises:
-        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or another
-            modulus ratio than the model's without a check.
-    """
-    column, several = RATIO in table.columns, model.any_solid
-    if column and not several:
+    column, own = RATIO in table.columns, model.modulus_ratio
+    if column and not model.any_solid:
         raise ValueError(
             f"protocols must have no {RATIO} for {model.name}, which knows one material; accurate and fast know any "
             f"solid; received a column {RATIO} in {table.path}"
@@ -226,9 +217,16 @@ def _solver_material(model: Surrogate, table: Table, chosen: float | None, *, ch
             f"modulus ratios must come from --in FILE or from --modulus-ratio, not both; received {chosen!r} "
             f"and a column {RATIO} in {table.path}"
         )
-    own = None if several else model.modulus_ratio
+    if material is not None:
+        if not model.any_solid:
+            raise ValueError(
+                f"--material must go with {' or '.join(PRETRAINED)}, which know any solid; received it for {model.name}"
+            )
+        if chosen is not None or column:
+            raise ValueError("the solid must come from --material or from modulus ratios, not both; received both")
+        return parse_material(material)
     if chosen is None:
-        if check and own is None and not several:
+        if check and own is None and not model.any_solid:
             typer.echo(
                 f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
                 f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",

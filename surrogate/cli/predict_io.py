@@ -135,8 +135,8 @@ def of_protocols(model: Any, table: Table, solid: Any, coverage: float | None) -
     protocols, tabor = table.protocols(), table.columns["tabor"]
     scenes = [_scene(*pair) for pair in zip(tabor, table.columns.get(MODULUS_RATIO, [solid] * len(tabor)), strict=True)]
     options: dict[str, Any] = {} if coverage is None else {"coverage": coverage}
-    one_material = not model.any_solid and model.modulus_ratio is not None
-    model_scenes = [_scene(mu, model.modulus_ratio) for mu in tabor] if one_material else scenes
+    own = model.modulus_ratio
+    model_scenes = scenes if own is None else [_scene(mu, own) for mu in tabor]
     # The command says it for each trajectory.
     with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         trajectories = model.predict(model_scenes, protocols, **options)

@@ -178,8 +178,7 @@ class TrajectoryDataset:
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
-        protocols = {name: self.protocols[name][indices] for name in QUANTITIES}
-        return measurement_grid(**protocols, counts=self.points_per_phase)
+        return measurement_grid(**self.protocols_of(indices), counts=self.points_per_phase)
 
     def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
         """Split the completed trajectories at random.

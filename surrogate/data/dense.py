@@ -51,7 +51,7 @@ class Stage:
 
     def _part(self, features: np.ndarray, places: Sequence[tuple[slice, np.ndarray]]) -> np.ndarray:
         polynomial = self.polynomial
-        z = ((features - polynomial.mean) / polynomial.deviation).astype(np.float32)
+        z = polynomial.standardised(features)
         constant, linear, quadratic = self._coefficients
         value = z @ linear + products(z) @ quadratic + constant
         hidden = z
@@ -80,9 +80,8 @@ class Stage:
         layers = range(sum(key.startswith("kernel_") for key in own))
         fronts = range(sum(key.startswith("front_") and key.endswith("/place") for key in own))
         weights = [field.name for field in dataclass_fields(Front)]
-        fields = ("mean", "deviation", "coefficients", "offset", "scale")
         return cls(
-            Polynomial(*(own[field] for field in fields)),
+            Polynomial.of_arrays(own),
             [own[f"kernel_{number}"] for number in layers],
             [own[f"bias_{number}"] for number in layers],
             [Front(*(own[f"front_{number}/{weight}"] for weight in weights)) for number in fronts],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,6 @@ from surrogate.data.scaling import Scaling
 
 Part = tuple[TrajectoryDataset, np.ndarray]
 """A data set and some of its trajectories."""
-AT_ONCE = 10_000
-"""Trajectories whose channels are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +55,3 @@ def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Sc
     """Return the scaled inputs and the scaled force of the trajectories `indices`."""
     channels = physical_channels(dataset, indices, scaling.features)
     return Examples.scaled(channels, dataset.protocols["tabor"][indices], dataset.force[indices], scaling)
-
-
-def pieces(parts: Sequence[Part]) -> Iterator[Part]:
-    """Divide parts into pieces of at most `AT_ONCE` trajectories."""
-    for dataset, rows in parts:
-        yield from ((dataset, rows[first : first + AT_ONCE]) for first in range(0, len(rows), AT_ONCE))

@@ -7,7 +7,7 @@ each of its steps: it reads a few units that the hidden layers of a stage give i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,4 +79,4 @@ class Front:
 
     def as_arrays(self, name: str) -> dict[str, np.ndarray]:
         """What to store, under names that begin with that of the front."""
-        return {f"{name}/{key}": values for key, values in zip(vars(self), astuple(self), strict=True)}
+        return {f"{name}/{key}": values for key, values in vars(self).items()}

@@ -99,6 +99,20 @@ def relative_error(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
     return 100.0 * np.abs(predicted - reference) / np.abs(reference)
 
 
+def physical_errors(
+    predicted: np.ndarray, reference: np.ndarray, times: np.ndarray, indentations: np.ndarray, unloading_from: int
+) -> dict[str, np.ndarray]:
+    """Return those errors of `trajectory_errors` that compare physical forces at the steps; arguments as there."""
+    force, time = pull_off(times, predicted, unloading_from)
+    true_force, true_time = pull_off(times, reference, unloading_from)
+    return {
+        "nmae_percent": nmae(predicted, reference),
+        "pull_off_force_percent": relative_error(force, true_force),
+        "pull_off_time_percent": relative_error(time, true_time),
+        "hysteresis_percent": relative_error(hysteresis(indentations, predicted), hysteresis(indentations, reference)),
+    }
+
+
 def trajectory_errors(
     predicted: np.ndarray,
     reference: np.ndarray,
@@ -128,16 +142,13 @@ def trajectory_errors(
         `resolution_floor_percent` on the physical force.
     """
     residual = predicted_scaled - reference_scaled
-    predicted_pull_off, predicted_time = pull_off(times, predicted, unloading_from)
-    reference_pull_off, reference_time = pull_off(times, reference, unloading_from)
+    predicted_pull_off, _ = pull_off(times, predicted, unloading_from)
+    reference_pull_off, _ = pull_off(times, reference, unloading_from)
     return {
         "mse": np.mean(residual**2, axis=1),
         "mae": np.mean(np.abs(residual), axis=1),
         "dtw_rmse": dtw_rmse(predicted_scaled, reference_scaled),
-        "nmae_percent": nmae(predicted, reference),
-        "pull_off_force_percent": relative_error(predicted_pull_off, reference_pull_off),
-        "pull_off_time_percent": relative_error(predicted_time, reference_time),
-        "hysteresis_percent": relative_error(hysteresis(indentations, predicted), hysteresis(indentations, reference)),
+        **physical_errors(predicted, reference, times, indentations, unloading_from),
         "native_pull_off_force_percent": relative_error(predicted_pull_off, native_pull_off_force),
         "resolution_floor_percent": relative_error(reference_pull_off, native_pull_off_force),
     }

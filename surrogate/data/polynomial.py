@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 
 import numpy as np
@@ -66,6 +66,11 @@ class Polynomial:
         rest = targets - own(features)
         # Outputs that hardly vary would otherwise weigh as much as those that do.
         return cls(mean, deviation, own.coefficients, rest.mean(axis=0), rest.std(axis=0) + 0.02 * rest.std())
+
+    @classmethod
+    def of_arrays(cls, arrays: dict[str, np.ndarray]) -> Polynomial:
+        """The polynomial whose fields are among these arrays, by name."""
+        return cls(*(arrays[field.name] for field in fields(cls)))
 
     def __call__(self, features: np.ndarray) -> np.ndarray:
         """The polynomial, shape (batch, m), without the network."""

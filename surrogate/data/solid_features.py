@@ -54,16 +54,13 @@ def solid_features(
     strengths: np.ndarray,
     times: np.ndarray,
     spectra: tuple[np.ndarray, np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Features of many contacts, and the indentations at which their force without adhesion crosses zero.
+) -> np.ndarray:
+    """Features of many contacts, shape (batch, len(FEATURES)).
 
     Args:
         protocols: The quantities in `PROTOCOL` by name, each of shape (batch,).
         strengths, times: Retardation terms of each solid, shape (batch, terms); those of strength zero are left out.
         spectra: What `relaxation_spectra` says of them, where that is known.
-
-    Returns:
-        Arrays of shape (batch, len(FEATURES)) and (batch,).
     """
     columns = np.stack([np.asarray(protocols[name], dtype=np.float64) for name in PROTOCOL])
     start = default_start_indentation(columns[0])
@@ -78,10 +75,10 @@ def _features(
     times: np.ndarray,
     moduli: np.ndarray,
     relaxations: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """See `solid_features`; relaxation strengths and times as of `relaxation_spectra`."""
     batch = protocols.shape[1]
-    features, crossings = np.empty((batch, len(FEATURES))), np.empty(batch)
+    features = np.empty((batch, len(FEATURES)))
     for row in range(batch):
         _, peak, up, dwelt, down = protocols[:, row]
         strength, time, modulus, relaxation = strengths[row], times[row], moduli[row], relaxations[row]
@@ -89,7 +86,6 @@ def _features(
         travels, forces, slope, _ = to_crossing(peak, down, modulus, relaxation, memory)
         travel, whole = travels[-1], hertz_power(peak)
         crossing = peak - travel
-        crossings[row] = crossing
         for i in range(1, travels.size):
             work -= 0.5 * (forces[i] + forces[i - 1]) * (travels[i] - travels[i - 1])
         half = 1
@@ -129,7 +125,7 @@ def _features(
         for offset in BEYOND:
             values[column] = np.arcsinh(_carried_on(crossing, offset, down, modulus, relaxation, memory))
             column += 1
-    return features, crossings
+    return features
 
 
 @kernel

@@ -106,7 +106,7 @@ def _channel(graph: OnnxGraph, name: str) -> Value:
         "time": lambda: times,
         "indentation": lambda: indentations,
         "velocity": lambda: _slope(times, indentations),
-        "acceleration": lambda: graph.scan(AVERAGE, tabor * 0.0, _slope(times, _slope(times, indentations)), axis=1),
+        "acceleration": lambda: graph.scan(AVERAGE, tabor * 0.0, _slope(times, _slope(times, indentations))),
         "edge": lambda: graph.named("edge"),
     }
     return makers[name]()

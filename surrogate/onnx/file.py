@@ -27,15 +27,14 @@ _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
 """Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
 
 
-def checked_content(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> bytes:
-    """Return the ONNX model of a graph as the bytes of a file, after ONNX's own check."""
+def checked_content(graph: onnx.GraphProto, metadata: dict[str, str]) -> bytes:
+    """Return the ONNX model of a graph with its metadata as the bytes of a file, after ONNX's own check."""
     import onnx
 
     opset = onnx.helper.make_opsetid("", OPSET)
     model = onnx.helper.make_model(graph, opset_imports=[opset], producer_name="contact-trajectories")
     model.ir_version = IR_VERSION
-    if metadata:
-        onnx.helper.set_model_props(model, metadata)
+    onnx.helper.set_model_props(model, metadata)
     onnx.checker.check_model(model, full_check=True)
     return bytes(model.SerializeToString(deterministic=True))
 

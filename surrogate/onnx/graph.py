@@ -27,9 +27,6 @@ class Value:
     __mul__, __rmul__ = _sign("Mul")
     __truediv__, __rtruediv__ = _sign("Div")
     __matmul__, _ = _sign("MatMul")
-    __and__, _ = _sign("And")
-    __or__, _ = _sign("Or")
-    __gt__, __lt__ = _sign("Greater")
 
     def __init__(self, graph: OnnxGraph, name: str) -> None:
         self.graph, self.name = graph, name
@@ -37,9 +34,6 @@ class Value:
     def to(self, operator: str, *operands: Operand, output: str = "", **attributes: Any) -> Value:
         """Append a node whose first input this is; see `OnnxGraph.add`."""
         return self.graph.add(operator, self, *operands, output=output, **attributes)
-
-    def __neg__(self) -> Value:
-        return self.to("Neg")
 
     def cast(self, to: int) -> Value:
         """Convert to another type, of `onnx.TensorProto`."""
@@ -61,13 +55,9 @@ class Value:
         """Take some columns of a matrix."""
         return self.to("Gather", [*columns], axis=1)
 
-    def columns(self, first: int, stop: int = np.iinfo(np.int64).max) -> Value:
-        """Take neighbouring columns of a matrix or of a stack of them, to the last one or to `stop`."""
-        return self.to("Slice", [first], [stop], [1])
-
     def rise(self) -> Value:
         """Compute the differences of neighbours along the steps, of which there is one less."""
-        return self.columns(1) - self.columns(0, -1)
+        return self.to("Slice", [1], [np.iinfo(np.int64).max], [1]) - self.to("Slice", [0], [-1], [1])
 
     def after_zero(self) -> Value:
         """Put a zero before the values along the steps."""
@@ -116,28 +106,18 @@ class OnnxGraph:
         self.initializers[name] = np.ascontiguousarray(values, dtype=np.float32)
         return Value(self, name)
 
-    def scan(self, body: str, start: Value, *sources: Value, axis: int) -> Value:
-        """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""
-        names, count = [value.name for value in (start, *sources)], len(sources)
-        key = ("Scan", body, *names, axis)
-        if key not in self._results:
-            name = f"Scan_{len(self.nodes)}"
-            axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
-            step, outputs = onnx.parser.parse_graph(body), [f"{name}_last", name]
-            self.nodes.append(helper.make_node("Scan", names, outputs, name=name, body=step, **axes))
-            self._results[key] = Value(self, name)
-        return self._results[key]
+    def scan(self, body: str, start: Value, source: Value) -> Value:
+        """Run a graph in ONNX's text form along the steps of a source, from a state, and stack its results."""
+        name, names = f"Scan_{len(self.nodes)}", [start.name, source.name]
+        axes = {"num_scan_inputs": 1, "scan_input_axes": [1], "scan_output_axes": [1]}
+        step, outputs = onnx.parser.parse_graph(body), [f"{name}_last", name]
+        self.nodes.append(helper.make_node("Scan", names, outputs, name=name, body=step, **axes))
+        return Value(self, name)
 
-    def finish(
-        self,
-        name: str,
-        inputs: Mapping[str, list[Any]],
-        outputs: Mapping[str, list[Any]],
-        element_type: int = TensorProto.DOUBLE,
-    ) -> onnx.GraphProto:
-        """Return the ONNX graph with inputs and outputs of one type, by name with their shapes."""
+    def finish(self, name: str, inputs: Mapping[str, list[Any]], outputs: Mapping[str, list[Any]]) -> onnx.GraphProto:
+        """Return the ONNX graph with inputs and outputs of float64, by name with their shapes."""
         input_infos, output_infos = (
-            [helper.make_tensor_value_info(key, element_type, shape) for key, shape in ends.items()]
+            [helper.make_tensor_value_info(key, TensorProto.DOUBLE, shape) for key, shape in ends.items()]
             for ends in (inputs, outputs)
         )
         constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]

@@ -23,14 +23,13 @@ class NotExportableError(ValueError):
     """The model has a layer that cannot be expressed in ONNX."""
 
 
-def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None) -> Value:
+def add_network(model: keras.Model, sequence: Value, tabor: Value) -> Value:
     """Add a model of `surrogate.build` to the graph of its inputs.
 
     Args:
         model: The model.
         sequence: Its scaled channels, float32 of shape `(batch, steps, channels)`.
-        tabor: The scaled Tabor parameter, float32 of shape `(batch, 1)`; `None` if the sequence has it as its last
-            channel already.
+        tabor: The scaled Tabor parameter, float32 of shape `(batch, 1)`.
 
     Returns:
         The scaled force, float32 of shape `(batch, steps, 1)`.
@@ -64,9 +63,7 @@ def add_network(model: keras.Model, sequence: Value, tabor: Value | None = None)
             raise NotExportableError(
                 f"{layer_class} must be on a sequence; received layer {name!r} on the Tabor parameter"
             )
-        inputs = [results[source] for source in _sources(arguments)]
-        appended = tabor is None and layer_class == "AppendTabor" and inputs[0] == sequence
-        results[name] = sequence if appended else _LAYERS[layer_class](layers[name], *inputs)
+        results[name] = _LAYERS[layer_class](layers[name], *(results[source] for source in _sources(arguments)))
     return results[name]
 
 
@@ -202,7 +199,6 @@ def _attention(layer: Any, *inputs: Value) -> Value:
 _LAYERS: dict[str, Callable[..., Value]] = {
     "AppendTabor": _append,
     "Add": _add,
-    "ChosenSteps": lambda layer, sequence: sequence.pick(*layer.steps).to("Reshape", [0, -1]),
     "Conv1D": _convolve,
     "Dense": _dense,
     "Dropout": lambda _, source: source,  # without effect in prediction

@@ -5,8 +5,7 @@ weights if the recipe does. `ModelCheckpoint` writes the best weights, and `Back
 epoch. After an interruption Keras restores weights and optimizer, but not the counters of its callbacks; these are
 restored from the learning curve. Order and dropout of an epoch are drawn from (seed, epoch), so that an interrupted
 training ends with the same numbers as an uninterrupted one. The loss is the mean squared error of the scaled force, in
-float32; a recipe may weight the steps around the largest force. `surrogate.training.run_folder` describes the folder of
-a run.
+float32. `surrogate.training.run_folder` describes the folder of a run.
 
 Source: the paper's section "Training and hyperparameters" states what these callbacks do; all else is Keras's default.
 """
@@ -30,8 +29,6 @@ from surrogate.training.torch_lstm import with_fused_lstm
 CLOCKS = {"seconds": time.perf_counter, "cpu_seconds": time.process_time}
 VALIDATION_BATCH = 256
 """Trajectories in a batch of the validation set."""
-NEAR = 2
-"""Steps to either side of the largest force that a recipe's `peak_weight` is about."""
 
 
 def fit(
@@ -163,17 +160,7 @@ class Batches(keras.utils.PyDataset):
     def __getitem__(self, index: int) -> tuple[Any, ...]:
         size, examples = self.recipe.batch_size, self.examples
         batch = self.order[index * size : (index + 1) * size]
-        inputs, force = (examples.sequence[batch], examples.tabor[batch]), examples.force[batch]
-        if self.recipe.peak_weight is None:
-            return inputs, force
-        return inputs, force, peak_weights(force, self.recipe.peak_weight)
-
-
-def peak_weights(force: np.ndarray, more: float) -> np.ndarray:
-    """Return weights of the steps of forces (batch, steps, 1), shape (batch, steps), with a mean of one."""
-    steps = np.arange(force.shape[1])
-    weights = 1.0 + more * (np.abs(steps - force.argmax(axis=1)) <= NEAR)
-    return (weights / weights.mean()).astype(np.float32)
+        return (examples.sequence[batch], examples.tabor[batch]), examples.force[batch]
 
 
 def _callbacks_of(recipe: Recipe, progress: Progress) -> tuple[list[Any], list[Any]]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.text_files import read_json, read_toml
+from bem._support.text_files import read_json
 from surrogate.architectures.registry import source_of
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.examples import Part
@@ -179,16 +179,6 @@ class Run:
         )
 
 
-def read_recipe(folder: Path, run: dict[str, Any]) -> dict[str, Any]:
-    """Return the recipe of a training, which `run.json` holds; older trainings have it in `recipe.toml`.
-
-    Raises:
-        FileNotFoundError: the recipe is in neither.
-    """
-    recipe: dict[str, Any] = run["recipe"] if "recipe" in run else read_toml(folder / "recipe.toml")
-    return recipe
-
-
 def read_identity(folder: Path) -> TrainingIdentity:
     """Return the identity of the training of a model directory.
 
@@ -202,7 +192,7 @@ def read_identity(folder: Path) -> TrainingIdentity:
         run = read_json(folder / "run.json")
         return TrainingIdentity(
             dataset=run["dataset_sha256"],
-            recipe=read_recipe(folder, run),
+            recipe=run["recipe"],
             backend=run["backend"],
             features=run["features"],
             architecture=run["architecture"],

@@ -10,7 +10,6 @@ and `learning_rate` (the peak of the schedule). Optional keys:
   averages over fewer steps.
 - `dropout_until`: fraction of the epochs, in [0, 1], after which dropout is switched off, so that the last epochs train
   the network that predicts. A network that is trained with dropout to the end may predict with a bias.
-- `peak_weight`: the loss counts the steps within `surrogate.training.fitting.NEAR` of the largest force this much more.
 - `loop`: `"fit"` or absent. Every recipe trains by `model.fit` (`surrogate.training.fitting`); the key remains because
   it tells recipes, and so trainings, apart.
 
@@ -48,7 +47,6 @@ NUMBERS: dict[str, dict[str, float]] = {
     "warmup_epochs": {"low": 0.0},
     "weight_average": {"above": 0.0, "high": 1.0},
     "dropout_until": {"low": 0.0, "high": 1.0},
-    "peak_weight": {"above": 0.0},
 }
 """Bounds of each other number, as `bem._support.validation.finite_number` takes them."""
 CHOICES = {"optimizer": ("adam", "soap"), "loop": ("fit",)}
@@ -117,7 +115,6 @@ class Recipe(_Checked):
     gradient_norm: float | None = None
     weight_average: float | None = None
     dropout_until: float | None = None
-    peak_weight: float | None = None
     loop: str | None = None
     cosine: Cosine | None = None
     plateau: Plateau | None = None

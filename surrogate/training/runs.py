@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import keras
@@ -19,8 +19,8 @@ from bem._support.provenance import host
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from surrogate.architectures import build
-from surrogate.architectures.naming import split_name
-from surrogate.architectures.registry import REGISTERED, source_of
+from surrogate.architectures.naming import is_registered
+from surrogate.architectures.registry import source_of
 from surrogate.backend import versions
 from surrogate.data.examples import Examples, physical_channels, scaled_examples
 from surrogate.data.features import edge_from_counts
@@ -147,7 +147,7 @@ def _write_model(run: Run, trained: KerasNetwork, progress: Progress, target: Pa
         "dataset_sha256": run.dataset.sha256,
         "dataset_forces_sha256": run.dataset.forces_sha256,
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
-        **({"architecture_file": asdict(source)} if source else {}),
+        **({"architecture_file": source._asdict()} if source else {}),
     }
     (target / "metrics.json").write_text(json.dumps(metrics, indent=1) + "\n", encoding="utf-8")
     write_run(target, record)
@@ -171,7 +171,7 @@ def folder_content(folder: Path) -> bytes:
         architecture=run["architecture"],
         weights_sha256=weights_sha256(folder),
     )
-    if split_name(run["architecture"])[0] in REGISTERED:  # tests compare the 18 paper models with Keras
+    if is_registered(run["architecture"]):  # tests compare the 18 paper models with Keras
         protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
         inputs = (*measurement_grid(**protocols), protocols["tabor"], edge_from_counts(FMS, 3))
         expected, predicted = network.force(*inputs), OnnxNetwork(model_bytes, scaling, run["name"]).force(*inputs)

@@ -102,11 +102,11 @@ class SolidData:
             rows = dataset.completed
             protocols = {name: values[rows] for name, values in dataset.protocols.items()}
             strengths, times = (values[rows] for values in dataset.solids)
-            features, _ = solid_features(protocols, strengths, times)
             instants, indentations = (values[rows] for values in dataset.grid())
             scalars = {name: dataset.scalars[name][rows] for name in SCALARS}
             begin = instants[:, sum(dataset.counts[:2]) - 1]
             spectra = relaxation_spectra(strengths, times)
+            features = solid_features(protocols, strengths, times, spectra)
             without = forces_without_adhesion(instants, indentations, protocols["tabor"], *spectra)
             rate = protocols["unloading_rate"]
             targets = scalar_targets(scalars, begin, rate)
@@ -139,9 +139,9 @@ def network(
     for number, (first, end) in enumerate(fronts):
         place = layers.Reshape((end - first, PLACE))(sequence[..., at : at + (end - first) * PLACE])
         at += (end - first) * PLACE
-        given = layers.Dense(FRONT_UNITS, name=f"front_{number}_hidden")(hidden)
+        units_of_front = layers.Dense(FRONT_UNITS, name=f"front_{number}_hidden")(hidden)
         place = layers.Dense(FRONT_UNITS, use_bias=False, name=f"front_{number}_place")(place)
-        inner = layers.Activation("relu")(layers.Add()([given, place]))
+        inner = layers.Activation("relu")(layers.Add()([units_of_front, place]))
         inner = layers.Dense(FRONT_UNITS, activation="relu", name=f"front_{number}_second")(inner)
         added = layers.Dense(1, name=f"front_{number}_out")(inner)
         parts.append(layers.Reshape((1, outputs))(layers.ZeroPadding1D((first, outputs - end))(added)))
@@ -236,8 +236,8 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, nargs=2, help="of the two stages, instead of those of `RECIPES`")
     parser.add_argument("--units", type=int, nargs="+", default=UNITS, help="of the layers (default: %(default)s)")
     chosen = parser.parse_args()
-    given = chosen.epochs or [recipe.epochs for recipe in RECIPES]
-    recipes = [replace(recipe, epochs=epochs) for recipe, epochs in zip(RECIPES, given, strict=True)]
+    epochs_by_stage = chosen.epochs or [recipe.epochs for recipe in RECIPES]
+    recipes = [replace(recipe, epochs=epochs) for recipe, epochs in zip(RECIPES, epochs_by_stage, strict=True)]
     data = SolidData.load(chosen.data)
     train(data, chosen.runs, chosen.publish, recipes=recipes, units=chosen.units, report=print_epoch)
     print(chosen.publish)

@@ -4,9 +4,8 @@ import json
 
 import numpy as np
 
-from experiments.cases import Hidden
+from experiments.cases import hidden_protocols
 
-DRAW = Hidden.draw
 RECIPE = {"name": "swift", "batch_size": 20}
 SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
 COLUMNS = (
@@ -48,7 +47,8 @@ def write_training(folder, variant, data, mse=1.0):
     data.split().with_fraction(variant.fraction, variant.fold).save(folder / "split.json")
 
 
-def shallow(count, ratio, *seed):
-    """In place of `Hidden.draw`: the shallowest of forty times as many."""
-    drawn = DRAW(40 * count, ratio, *seed)
-    return drawn.part(np.argsort(drawn.quantities["peak_indentation"])[:count])
+def shallow(count, ratio):
+    """In place of `hidden_protocols`: the shallowest of forty times as many."""
+    columns = hidden_protocols(40 * count, ratio)
+    rows = np.argsort(columns["peak_indentation"])[:count]
+    return {name: values[rows] for name, values in columns.items()}

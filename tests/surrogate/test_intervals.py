@@ -54,7 +54,7 @@ def test_intervals_and_bands_cover_every_group_and_kind():
     half, shape = intervals.half_widths(features, kinds, 0.9)
     results = np.abs(errors) <= half[:, :2]
     steps, curves = (np.abs(curve_errors) <= shape * half[:, row, np.newaxis] for row in (2, 3))
-    groups = intervals.groups(features)
+    _, groups = intervals.sizes_and_groups(features)
     for kind in (kinds == 0, kinds == 1):
         for group in range(5):
             assert 0.87 < results[(groups[:, 0] == group) & kind, 0].mean() < 0.95
@@ -86,7 +86,7 @@ def test_half_widths_are_those_of_crepes():
     intervals = SolidIntervals.fit(features, *errors)
     features, kinds, *errors = noisy(random, 10_000)
     half, _ = intervals.calibrated(features, kinds, *errors).half_widths(features, kinds, 0.9)
-    sizes, groups = np.exp(intervals.expected(features)), intervals.groups(features)
+    sizes, groups = intervals.sizes_and_groups(features)
     for target in range(2):
         cells = groups[:, target] + GROUPS * kinds
         regressor = crepes.ConformalRegressor().fit(errors[0][:, target], sigmas=sizes[:, target], bins=cells)

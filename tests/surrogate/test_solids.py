@@ -61,7 +61,7 @@ def quantities(protocol=PROTOCOL, tabor=1.0):
 
 
 def features_of(strengths, times):
-    return solid_features(quantities(), np.array([strengths]), np.array([times]))[0]
+    return solid_features(quantities(), np.array([strengths]), np.array([times]))
 
 
 def test_features_of_a_split_term_are_the_same():
@@ -74,7 +74,7 @@ def test_features_of_a_split_term_are_the_same():
 def test_features_know_no_unit_of_time():
     slower = {name: values / (7.0 if name.endswith("rate") else 1.0) for name, values in quantities().items()}
     slower["dwell_time"] = 7.0 * slower["dwell_time"]
-    features = solid_features(slower, np.array([[0.4, 0.5]]), np.array([[0.7, 70.0]]))[0]
+    features = solid_features(slower, np.array([[0.4, 0.5]]), np.array([[0.7, 70.0]]))
     np.testing.assert_allclose(features, features_of([0.4, 0.5], [0.1, 10.0]), atol=1e-9)
 
 
@@ -225,14 +225,6 @@ def test_combination_that_no_training_had_is_outside():
 def test_other_contacts_are_refused(model, scene, protocol, message):
     with pytest.raises(ValueError, match=message):
         model.predict(scene, protocol)
-
-
-def test_damaged_file_is_refused(folder, tmp_path):
-    for name in ("run.json", "stages.npz"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    (tmp_path / "stages.npz").write_bytes((folder / "stages.npz").read_bytes()[:-1] + b"x")
-    with pytest.raises(ValueError, match="which is damaged or another file"):
-        SolidSurrogate.load(tmp_path)
 
 
 def test_ends_are_the_outermost_fifths(data, monkeypatch):

@@ -2,21 +2,17 @@ import numpy as np
 import pytest
 
 from bem import simulate
-from bem.dataset.designs import PAPER_RANGES
-from experiments.cases import EDGES, Case, Hidden, regions
+from experiments.cases import EDGES, Case, hidden_protocols, regions
 from experiments.measurements.statistics import quantiles
 from experiments.surrogates import gradients, outside_ranges
-from tests.experiments.models import DRAW, shallow
-
-CORNERS = Hidden.corners
+from tests.experiments.models import shallow
 
 
 @pytest.fixture(autouse=True)
 def draft(monkeypatch):
-    """The solver at its quickest, of shallow protocols; of the corners, one."""
+    """The solver at its quickest, of shallow protocols."""
 
-    monkeypatch.setattr(Hidden, "draw", shallow)
-    monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
+    monkeypatch.setattr(gradients, "hidden_protocols", shallow)
 
     def simulated(case, accuracy):
         assert accuracy in (*gradients.SOLVERS.values(), gradients.FINE)
@@ -26,15 +22,10 @@ def draft(monkeypatch):
 
 
 def test_hidden_protocols_in_paper_ranges():
-    single, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
-    assert set(single.quantities["modulus_ratio"]) == {0.1}
-    assert len(set(several.quantities["modulus_ratio"])) == 3
+    single, several = hidden_protocols(3, 0.1), hidden_protocols(3, (0.01, 1.0))
+    assert set(single["modulus_ratio"]) == {0.1}
+    assert len(set(several["modulus_ratio"])) == 3
     assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
-    corners = CORNERS(0.1).quantities
-    assert len({*zip(*corners.values(), strict=True)}) == 32
-    assert {
-        name: (values.min(), values.max()) for name, values in corners.items() if name in PAPER_RANGES
-    } == PAPER_RANGES
 
 
 class Oracle:
@@ -50,9 +41,9 @@ class Answer:
 
 
 def test_errors_outside_ranges_are_tabulated():
-    tabor = outside_ranges.beyond("high tabor", 0.25, 2, 0).quantities["tabor"]
+    tabor = outside_ranges.beyond("high tabor", 0.25, 2, 0)["tabor"]
     np.testing.assert_allclose(tabor, 6.4)
-    together = outside_ranges.beyond(outside_ranges.ALL, 0.6, 40, 0).quantities["tabor"]
+    together = outside_ranges.beyond(outside_ranges.ALL, 0.6, 40, 0)["tabor"]
     np.testing.assert_allclose(sorted(set(together.round(9))), [0.2 * 16**-0.1, 3.2 * 16**0.1])
     study = outside_ranges.study(count=1, seed=2)
     inside, outside = (study["models"]["fast"]["high unloading_rate"][key][0] for key in ("0", "0.1"))
@@ -77,11 +68,11 @@ def test_gradients_of_model_with_1_percent_error(monkeypatch):
 
 
 def test_gradient_of_power_law_is_exponents():
-    hidden = DRAW(3, (0.01, 1.0))
+    hidden = hidden_protocols(3, (0.01, 1.0))
     exponents = np.array([0.3, -0.2, 0.1, 0.05, 0.4, -0.6])
 
     def power_law(moved):
-        logs = [np.log(moved.quantities[name]) for name in gradients.QUANTITIES]
+        logs = [np.log(moved[name]) for name in gradients.QUANTITIES]
         return np.exp(exponents @ np.array(logs))
 
     gradient = gradients.gradient(power_law, hidden)

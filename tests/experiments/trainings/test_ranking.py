@@ -95,19 +95,18 @@ def test_interval_of_mean_is_standard_error():
     assert ranking.probability([drawn["a"]], [drawn["b"]]) > 0.95
 
 
-def publish(root, model, seed, mse, recipe="name = 'swift'", **run):
+def publish(root, model, seed, mse, **run):
     """Add a seed to `seeds.h5` whose errors are all `mse`, on trajectories of different hardness."""
     folder = root / "folders" / f"{model}-seed-{seed}"
     folder.mkdir(parents=True)
     run = {"name": folder.name, "seed": seed, "dataset_sha256": "d" * 64, "backend": "torch", "features": "D"} | (
-        {"architecture": model} | run
+        {"architecture": model, "recipe": {"name": "swift", "seed": seed}} | run
     )
     values = mse * HARDNESS
     spread = {"mean": values.mean(), "median": float(np.median(values))}
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     metrics = {"test": dict.fromkeys(ranking.COLUMNS.values(), spread)}
     (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-    (folder / "recipe.toml").write_text(f"{recipe}\nseed = {seed}\n", encoding="utf-8")
     history = f"epoch,learning_rate,train_mse,validation_mse,cpu_seconds\n1,1,1,{3 * mse},1\n2,1,1,{2 * mse},2\n"
     (folder / "history.csv").write_text(history, encoding="utf-8")
     with (folder / "test_errors.csv").open("w", encoding="utf-8", newline="") as file:
@@ -182,7 +181,7 @@ def test_differently_trained_seeds_left_out(tmp_path, studied):
         publish(tmp_path, "M1-concat", seed, 1.0)
     publish(tmp_path, "M1-FiLM", 0, 1.0, dataset_sha256="e" * 64)
     publish(tmp_path, "M2-concat", 0, 1.0, architecture="M3-concat")
-    publish(tmp_path, "M2-gated", 0, 1.0, "name = 'paper'")
+    publish(tmp_path, "M2-gated", 0, 1.0, recipe={"name": "paper", "seed": 0})
     publish(tmp_path, "M1-concat", 2, 1.0, backend="tensorflow")
     study = studied()
     assert list(study["models"]) == ["M1-concat"]
@@ -228,8 +227,9 @@ def test_seed_has_the_numbers_of_its_folder(tmp_path):
 def test_feature_sets_have_their_own_seeds(tmp_path, studied):
     for features, mse in (("C", 1.0), ("D", 2.0)):
         for seed in range(2):
-            run = {"architecture": "M1-concat", "features": features}
-            publish(tmp_path, f"features-{features}", seed, mse, "name = 'swift'\nepochs = 15", **run)
+            recipe = {"name": "swift", "epochs": 15, "seed": seed}
+            run = {"architecture": "M1-concat", "features": features, "recipe": recipe}
+            publish(tmp_path, f"features-{features}", seed, mse, **run)
     for seed in range(3):
         publish(tmp_path, "M1-concat", seed, 1.0)
     study = studied()

@@ -57,13 +57,6 @@ def own(tmp_path, dataset_path, monkeypatch):
     return run
 
 
-def forget():
-    from surrogate.architectures import registry
-
-    for table in (FAMILIES, registry.REGISTERED):
-        table.pop("Own-1", None)
-
-
 def test_users_file_from_training_to_figure(own, tmp_path, monkeypatch):
     assert "name must be one of" in own("train", "Own-1-concat", fails=True)
     assert "published in" in own("train", "Own-1-concat", "--architecture", "own.py")
@@ -72,7 +65,7 @@ def test_users_file_from_training_to_figure(own, tmp_path, monkeypatch):
     assert described["architecture_file"] == {"name": "own.py", "sha256": digest}
     assert "already published" in own("train", "Own-1-concat", "--architecture", "own.py")
 
-    forget()
+    del FAMILIES["Own-1"]
     assert not sys.modules.keys() & {"own"}
     wanted = (
         f"own.py ({digest[:12]}), which built Own-1-concat, must be given by --architecture or an import; received no "
@@ -89,7 +82,7 @@ def test_users_file_from_training_to_figure(own, tmp_path, monkeypatch):
     listed = own("list", "--architecture", "own.py")
     assert "Own-1-concat" in listed.splitlines()[2]
     protocol = ["--tabor", "1", "--peak-indentation", "20", "--loading-rate", "10", "--dwell-time", "1"]
-    forget()
+    del FAMILIES["Own-1"]
     own("predict", "Own-1-concat", *protocol, "--unloading-rate", "10")
 
     files = [str(tmp_path / "own.py")]

@@ -89,7 +89,6 @@ def test_prony_series_of_the_command_line(program):
             "the solid must come from --material or from modulus ratios, not both",
         ),
         (("predict", "fast", "--material", "pvb", *LABORATORY), "fast, `bem.simulate` takes others"),
-        (("export", "fast", "--out", "x.onnx"), "it has no ONNX file"),
     ],
 )
 def test_what_does_not_go_together_is_refused(program, words, message):

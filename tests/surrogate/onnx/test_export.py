@@ -55,7 +55,7 @@ def test_training_leaves_a_file_that_loads(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*/model.onnx")), ids=lambda path: path.parent.name)
 def test_published_file_has_its_weights(path):
-    contents = (folder_content(path.parent), surrogate.load(path.parent).network.content())
+    contents = (folder_content(path.parent), path.read_bytes())
     models = [onnx.load_model_from_string(content) for content in contents]
     fresh, found = ([onnx.numpy_helper.to_array(one) for one in model.graph.initializer] for model in models)
     keys, known = ([one.key for one in model.metadata_props] for model in models)

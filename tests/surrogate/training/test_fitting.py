@@ -123,21 +123,6 @@ def test_resumed_plateau_is_the_same(below, before, on_a_plateau, least):
     require_same(parts, folder / "whole")
 
 
-@pytest.mark.slow
-def test_peak_weight_counts_the_peak_more(dataset, tmp_path):
-    force = np.zeros((2, 10, 1))
-    force[0, 1], force[1, 6] = 1.0, 2.0
-    weights = fitting.peak_weights(force, 4.0)
-    np.testing.assert_allclose(weights[0], np.where(np.arange(10) <= 3, 5.0, 1.0) / 2.8)
-    np.testing.assert_allclose(weights[1], np.where(np.abs(np.arange(10) - 6) <= 2, 5.0, 1.0) / 2.8)
-    plain, hardly, much = (
-        execute(run_of(dataset, tmp_path, table, epochs=1), tmp_path / f"{number}").best_mse
-        for number, table in enumerate(("", "peak_weight = 1e-9\n", "peak_weight = 50.0\n"))
-    )
-    assert hardly == pytest.approx(plain, rel=1e-4)
-    assert much != pytest.approx(plain, rel=1e-2)
-
-
 def test_an_interrupted_training_is_the_same(finished, least, tmp_path):
     assert in_two_parts(finished.run, tmp_path / "parts", EPOCHS - 2).finished
     require_same(tmp_path / "parts", finished.folder)

@@ -117,12 +117,3 @@ def test_models_share_a_split_beside_them(wanted, dataset, tmp_path):
     assert trained_otherwise(folder, wanted) == ""
     dataset.split(seed=1).save(folder / "split.json")
     assert trained_otherwise(folder, wanted) == "of another split"
-
-
-def test_older_training_has_recipe_toml(dataset, tmp_path):
-    folder = trained_as(tmp_path / "M1-concat", dataset, RECIPE)
-    run = json.loads((folder / "run.json").read_text())
-    del run["recipe"]
-    (folder / "run.json").write_text(json.dumps(run))
-    (folder / "recipe.toml").write_text('name = "older"')
-    assert read_identity(folder).recipe == {"name": "older"}

@@ -36,7 +36,6 @@ REFUSED = [
     (WHOLE, WHOLE + 'loop = "own"', "loop must be fit; received 'own'"),
     (WHOLE, WHOLE + "weight_average = 2", "weight_average must .* greater than 0 and at most 1; received 2"),
     (WHOLE, WHOLE + "dropout_until = 2", "dropout_until must .* received 2"),
-    (WHOLE, WHOLE + "peak_weight = 0", "peak_weight must .* received 0"),
     (WHOLE, WHOLE + 'optimizer = "sgd"', "optimizer must be adam or soap"),
     (WHOLE, WHOLE + "gradient_norm = 0.0", "gradient_norm must"),
     (WHOLE, f"{WHOLE}[plateau]\n{PACES} = 0", "stop_after must be a whole number from 1 to .*; received 0"),
