@@ -179,8 +179,8 @@ labels = {
 offset = {"textcoords": "offset points"}
 shown = (("tabor", "modulus_ratio"), ("modulus_ratio", "retardation_time"))
 for axes, (x, y) in zip(panels, shown, strict=True):
-    within = [edges[x], edges[y]]
-    axes.hist2d(columns[x], columns[y], 24, within, weights=weights, cmap="Blues")
+    look = {"range": [edges[x], edges[y]], "weights": weights, "cmap": "Blues"}
+    axes.hist2d(columns[x], columns[y], 24, **look)
     axes.plot(TRUE[x], TRUE[y], "r+", markersize=20, markeredgewidth=3)
     axes.annotate("true", (TRUE[x], TRUE[y]), (10, 8), color="r", size=14, **offset)
     axes.locator_params(nbins=5)

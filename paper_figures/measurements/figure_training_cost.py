@@ -53,7 +53,7 @@ def compose(training_cost: Any) -> Figure:
         label = f"{REFERENCE}, validation so far" if first else "others, validation so far"
         axes.loglog(history["core_minutes"], history["best_mse"], label=label, **style)
     references = [model for model in cost["models"] if model["name"] == REFERENCE]
-    longest = max((run["core_minutes"] for run in references), default=0.0)
+    longest = max((run["core_minutes"] for run in references), default=float("inf"))
     for run in [*references, *cost["beside"]]:
         # Names of trainings that took no longer than the reference are to the left, the others to the right.
         write_end(axes, run, left=run not in references and run["core_minutes"] <= longest)
