@@ -1,12 +1,20 @@
 """What the READMEs tell a stranger to type works, and prints what they say it prints."""
 
 import re
+from importlib import import_module
 
 import pytest
+from matplotlib.testing.compare import compare_images
 
+from paper_figures.__main__ import modules
+from paper_figures.style import drawing
+from tests.paper_figures.inputs import read_inputs
 from tests.processes import ROOT, python
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PICTURES = ROOT / "docs/images"
+RULE = (ROOT / "Makefile").read_text(encoding="utf-8").replace("\\\n\t\t", "").partition("\nreadme-pictures:")[2]
+DRAWN = re.findall(r"\$\(VENV\)/bin/(\w+) (.*--plot) docs/images/(\S+)", RULE.partition("\n\n")[0])
 SOLVER_README = (ROOT / "bem/README.md").read_text(encoding="utf-8")
 
 
@@ -45,3 +53,17 @@ def test_first_commands_answer_with_units(program, tmp_path):
 def test_what_it_links_to_exists(name):
     for target in re.findall(r"\]\(([^)#:]+)\)", (ROOT / name).read_text(encoding="utf-8")):
         assert ((ROOT / name).parent / target).exists(), target
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("program", "options", "name"), DRAWN)
+def test_pictures_are_those_of_their_commands(program, options, name, tmp_path):
+    python("-m", program, *options.split(), tmp_path / name, cwd=ROOT, check=True)
+    assert compare_images(PICTURES / name, tmp_path / name, tol=2.0) is None, "make readme-pictures"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["figure-effects", "figure-accuracy-cost"])
+def test_figures_of_the_guide_are_those_of_the_measurements(name, tmp_path):
+    drawing.save(import_module(modules()[name]).compose(*read_inputs(name)), name, tmp_path)
+    assert compare_images(PICTURES / f"{name}.png", tmp_path / f"{name}.png", tol=2.0) is None, "make readme-pictures"

@@ -144,6 +144,8 @@ def simulate_si(
             write(outputs, animate, lambda temporary: contact.animate(temporary, setup))
     for warning in warned or ():
         typer.echo(f"bem: {warning.message}", err=True)
+    if material == "elastic" and retardation_time is not None:
+        typer.echo("bem: an elastic solid does not relax: --retardation-time needs a --material like sls:0.3", err=True)
     typer.echo(_json_of(curve, setup) if as_json else _readable(curve, setup))
     say_written(outputs, err=as_json)
 

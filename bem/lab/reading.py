@@ -85,7 +85,7 @@ def _text_curve(
         if "force" not in table and "tension" not in table:
             if "deflection" not in table or (constant := stiffness or spring) is None:
                 needed = "a column force, such as 'force (nN)', or a deflection and the spring constant (--stiffness)"
-                raise ValueError(f"a force curve must have {needed}; received {path} with {listed(table)}")
+                raise ValueError(f"a force curve must have {needed}; received {path} with {shown(titles)}")
             table["force"] = table["deflection"] * constant
         elif stiffness and spring:
             name = "force" if "force" in table else "tension"
@@ -165,7 +165,7 @@ def _named(
     if not any(ordered):
         raise ValueError(
             f"a force curve must have a column force, such as 'force (nN)'; received {path} with no column of a known "
-            "name"
+            f"name: {shown(titles)}"
         )
     if len(ordered) > 1 and "" in parts:  # columns that both parts share, such as a place
         ordered = [parts[""] | segment for segment in ordered[1:]]

@@ -6,6 +6,8 @@ every material, and needs the force curves of thousands of them. A pretrained su
 few hundred simulations tell how far it can be trusted.
 """
 
+# mkdocs_gallery_thumbnail_number = 3
+
 # %%
 # ## The experiment
 #
@@ -157,9 +159,8 @@ equal = 1.0 / np.sum(weights**2)
 print(f"{len(points)} samples, as good as {equal:.0f} of equal weight")
 
 values = np.exp(points)
-ends = np.quantile(
-    values, [0.025, 0.975], axis=0, weights=weights, method="inverted_cdf"
-)
+weighted = {"weights": weights, "method": "inverted_cdf"}
+ends = np.quantile(values, [0.025, 0.975], axis=0, **weighted)
 for number, (name, true) in enumerate(TRUE.items()):
     mean, (low, high) = weights @ values[:, number], ends[:, number]
     found = f"{mean:.4f}, 95 % interval {low:.4f} to {high:.4f}"
@@ -167,14 +168,21 @@ for number, (name, true) in enumerate(TRUE.items()):
 
 figure, panels = plt.subplots(1, 2, figsize=(7.5, 3.2), layout="constrained")
 columns = dict(zip(TRUE, values.T, strict=True))
+edges = dict(
+    zip(TRUE, np.quantile(values, [5e-4, 0.9995], axis=0, **weighted).T, strict=True)
+)
 labels = {
     "tabor": "Tabor parameter",
     "modulus_ratio": "modulus ratio",
     "retardation_time": "retardation time (s)",
 }
+offset = {"textcoords": "offset points"}
 shown = (("tabor", "modulus_ratio"), ("modulus_ratio", "retardation_time"))
 for axes, (x, y) in zip(panels, shown, strict=True):
-    axes.hist2d(columns[x], columns[y], 40, weights=weights, cmap="Blues")
-    axes.plot(TRUE[x], TRUE[y], "r+", markersize=12)
+    look = {"range": [edges[x], edges[y]], "weights": weights, "cmap": "Blues"}
+    axes.hist2d(columns[x], columns[y], 24, **look)
+    axes.plot(TRUE[x], TRUE[y], "r+", markersize=20, markeredgewidth=3)
+    axes.annotate("true", (TRUE[x], TRUE[y]), (10, 8), color="r", size=14, **offset)
+    axes.locator_params(nbins=5)
     axes.set(xlabel=labels[x], ylabel=labels[y])
 plt.show()

@@ -50,7 +50,7 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
     drawing.beside(axes, size, "size of the data set", height=1.0, shift=-2, rotation=90, color="0.4")
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
-    drawn.legend(loc="outside right upper")
+    axes.legend(loc="upper left", ncols=2)
     phrases = {
         "missing": "Not published yet",
         "unmeasured": "Published but not measured",

@@ -1,6 +1,6 @@
 """FMS transfer: one trajectory predicted at other numbers of measurement steps, and errors over the held-out set.
 
-The paper shows one trajectory only; the second panel is additional.
+The paper shows one trajectory only; the last panel is additional.
 """
 
 from typing import Any
@@ -11,20 +11,15 @@ from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
 
-COLORS = (drawing.ORANGE, drawing.BLUE, drawing.VIOLET, drawing.GREEN, drawing.SKY, drawing.RED)
-"""Of the numbers of measurement steps, in their order."""
 
-
-def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
-    """Draw the solver's force as a line, and each prediction as the model's markers in its own colour."""
+def draw_sample(axes: Axes, sample: dict[str, Any], total: str, model: str) -> None:
+    """Draw the solver's force as a line, and the prediction on one number of steps as the model's markers."""
     drawing.zero_line(axes)
     axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
-    for (total, prediction), color in zip(sample["predictions"].items(), COLORS, strict=False):
-        look = models_style.step_marker(model) | {"markersize": 4.2, "color": color, "markeredgecolor": color}
-        axes.plot(prediction["indentation"], prediction["predicted"], label=f"$N = {total}$", **look)
-    axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
-    axes.set_title(f"sample ({sample['sample']})", loc="right")
-    axes.legend(loc="best")
+    prediction, look = sample["predictions"][total], models_style.step_marker(model)
+    axes.plot(prediction["indentation"], prediction["predicted"], label=f"$N = {total}$", **look)
+    axes.set(xlabel=drawing.INDENTATION)
+    axes.set_title(f"$N={total}$", loc="right")
 
 
 def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
@@ -32,22 +27,33 @@ def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
     totals = list(test_set["errors"])
     places = np.arange(len(totals))
     for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
-        heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
-        bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=color, alpha=shade, label=text)
-        axes.bar_label(bars, labels=[f"{height:#.2g}".rstrip(".") for height in heights], padding=1)
-    axes.set_xticks(places, totals)
-    axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
-    axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")
-    axes.margins(y=0.2)
-    axes.legend(loc="upper center")
+        widths = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
+        bars = axes.barh(places + 0.38 * (shift - 0.5), widths, 0.36, color=color, alpha=shade, label=text)
+        numbers = [f"{width:#.2g}".rstrip(".") for width in widths]
+        # The bars of the second number, for which the model was trained, are the shortest.
+        axes.bar_label(
+            bars, [f"{text} {number}" if place == 1 else number for place, number in enumerate(numbers)], padding=2
+        )
+    axes.set_yticks(places, [f"$N={total}$" for total in totals])
+    axes.tick_params(axis="y", length=0)
+    axes.set(xlabel="force NMAE (%)", ylim=(len(totals) - 0.5, -0.5))
+    axes.set_title(f"{test_set['trajectories']} trajectories", loc="right")
+    axes.margins(x=0.15)
 
 
 def compose(fms_transfer: Any) -> Figure:
-    """Draw both panels."""
-    drawn, (first, second) = drawing.panels(1, 2, height=2.7)
-    model = fms_transfer["config"]["model"]
+    """Draw a panel for each number of steps, and the errors."""
     recipe, transfer = next(iter(models_style.recipes(fms_transfer).items()))
-    draw_sample(first, transfer["sample"], model)
-    draw_test_set(second, transfer["test_set"], models_style.color(model))
-    drawn.suptitle(models_style.label(model, recipe), fontsize="medium")
+    model, sample = fms_transfer["config"]["model"], transfer["sample"]
+    samples = len(sample["predictions"])
+    drawn = drawing.figure(height=2.3)
+    *first, last = drawn.subplots(1, samples + 1, width_ratios=[1.0] * samples + [1.15])
+    drawing.letters([*first, last])
+    for axes, total in zip(first, sample["predictions"], strict=True):
+        axes.sharey(first[0])
+        draw_sample(axes, sample, total, model)
+        axes.tick_params(labelleft=axes is first[0])
+    first[0].set_ylabel(drawing.FORCE)
+    draw_test_set(last, transfer["test_set"], models_style.color(model))
+    drawn.suptitle(f"sample ({sample['sample']}): solver (line) and {models_style.label(model, recipe)} (markers)")
     return drawn

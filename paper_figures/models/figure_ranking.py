@@ -1,32 +1,31 @@
-"""Held-out errors of every seed: points for the trainings, bars for the bootstrap interval over the test set.
+"""Held-out errors of every seed, a row for each model: ticks for the trainings, bars for the bootstrap interval.
 
-Families are side by side, with their conditionings in the order of the paper. Markers and colours are those of all
-figures.
+The models are in the order of their mean squared error, the best above. Colours are those of all figures.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from experiments.trainings.ranking import COLUMNS
 from paper_figures.style import drawing, models_style
-from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
+from surrogate.architectures.naming import paper_names
 
 SHOWN = {
     "test_mse": "held-out MSE",
     "pull_off_percent": "median pull-off error (%)",
     "hysteresis_percent": "median hysteresis error (%)",
 }
-"""Metrics and their labels, one panel each."""
-APART = 0.27
-"""Distance between the conditionings of a family; the distance between families is one."""
-WIDTH = 0.22
+"""Metrics and their labels, one panel each; the first is that of the order."""
+HEIGHT = 0.62
+"""Height of a bar; the distance between models is one."""
 LEAST_SPAN = 6.0
 """Least ratio of the upper to the lower end of an axis."""
+THEIRS = {"marker": "o", "markersize": 4.2, "linestyle": "", "color": "white", "markeredgewidth": 0.9, "zorder": 4}
+"""Look of the trainings by the paper's recipe."""
 
 
 def error_of(model: dict[str, Any], metric: str) -> float:
@@ -45,47 +44,55 @@ def limits(ranking: Any, metric: str, by_recipe: dict[str, Any]) -> tuple[float,
     return low / wider, high * wider
 
 
+def ordered(ranking: Any) -> list[str]:
+    """The paper's models by the median of their mean squared errors, without seeds in the paper's order at the end."""
+    metric, spread = next(iter(SHOWN)), ranking["spread"]
+    return sorted(paper_names(), key=lambda name: spread[name][metric]["median"] if name in spread else np.inf)
+
+
 def draw_errors(axes: Axes, ranking: Any, metric: str, by_recipe: dict[str, Any]) -> None:
     """Draw seeds and intervals of all models in one panel, and their errors by the paper's recipe."""
-    for position, family in enumerate(PAPER_FAMILIES):
-        for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
-            name = f"{family}-{conditioning}"
-            if name in by_recipe:
-                axes.plot(position + shift, error_of(by_recipe[name], metric), **models_style.recipe_marker(name))
-            rows, spread = ranking["models"].get(name, []), ranking["spread"].get(name, {}).get(metric)
-            if not rows:
-                continue
-            at = position + shift
-            low, high = spread["low"], spread["high"]
-            axes.bar(at, high - low, WIDTH, bottom=low, color=models_style.color(name), alpha=0.35, linewidth=0)
-            axes.plot([at - 0.5 * WIDTH, at + 0.5 * WIDTH], [spread["median"]] * 2, color="0.2", linewidth=0.7)
-            # Side by side, so that equal seeds remain visible.
-            across = at + 0.07 * (np.arange(len(rows)) - 0.5 * (len(rows) - 1))
-            look = models_style.marker(name) | {"markersize": 0.62 * models_style.SIZES[conditioning]}
-            axes.plot(across, [row[metric] for row in rows], label=name, zorder=3, **look)
-        if position:
-            axes.axvline(position - 0.5, color="0.88", linewidth=0.6, zorder=0)
-    axes.set(xlim=(-0.5, len(PAPER_FAMILIES) - 0.5), xticks=range(len(PAPER_FAMILIES)), yscale="log")
-    axes.set_xticklabels(PAPER_FAMILIES)
-    axes.tick_params(axis="x", length=0, which="both")
-    axes.set_ylabel(SHOWN[metric])
-    axes.set_ylim(limits(ranking, metric, by_recipe))
-    drawing.log_labels(axes.yaxis)
+    for place, name in enumerate(ordered(ranking)):
+        color = models_style.color(name)
+        if name in by_recipe:
+            axes.plot(error_of(by_recipe[name], metric), place, markeredgecolor=color, **THEIRS)
+        if not (rows := ranking["models"].get(name, [])):
+            continue
+        spread = ranking["spread"][name][metric]
+        axes.barh(
+            place, spread["high"] - spread["low"], HEIGHT, left=spread["low"], color=color, alpha=0.3, linewidth=0
+        )
+        ticks = {"marker": "|", "markersize": 5.0, "markeredgewidth": 1.1, "linestyle": ""}
+        axes.plot([row[metric] for row in rows], [place] * len(rows), color=color, label=name, zorder=3, **ticks)
+        if name in by_recipe:
+            axes.plot([spread["median"], error_of(by_recipe[name], metric)], [place] * 2, color=color, linewidth=0.5)
+    axes.set(xscale="log", xlabel=SHOWN[metric], ylim=(len(paper_names()) - 0.4, -1.5))
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlim(limits(ranking, metric, by_recipe))
+    drawing.log_labels(axes.xaxis)
+
+
+def write_key(panels: Sequence[Axes], ranking: Any, by_recipe: dict[str, Any]) -> None:
+    """Write beside the marks of the first model what they are."""
+    first = ordered(ranking)[0]
+    share = f"bar: {100 * ranking['confidence']:g} % interval over the test set"
+    for axes, metric, text in zip(panels, SHOWN, ("ticks: seeds by swift", "", share), strict=True):
+        if text and first in ranking["spread"]:
+            drawing.note(axes, text, (ranking["spread"][first][metric]["low"], 0), (0, 6), ha="left", va="bottom")
+    if first in by_recipe:
+        at = (error_of(by_recipe[first], next(iter(SHOWN))), 0)
+        drawing.note(panels[0], "paper’s recipe", at, (5, 0), ha="left", va="center")
 
 
 def compose(ranking: Any, model_comparison: Any) -> Figure:
-    """Draw the errors by family."""
+    """Draw the errors by model; bold are the names of those that are level with the best of the paper."""
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
-    drawn, panels = drawing.panels(1, len(SHOWN), height=2.9)
+    drawn, panels = drawing.panels(1, len(SHOWN), height=3.5, sharey=True)
     for axes, metric in zip(panels, SHOWN, strict=True):
         draw_errors(axes, ranking, metric, by_recipe)
-    handles = [
-        *models_style.conditioning_handles(),
-        models_style.recipe_handle(),
-        Line2D([], [], color="0.2", linewidth=0.7, label="median over seeds"),
-        Patch(
-            color="0.5", alpha=0.35, linewidth=0, label=f"{100 * ranking['confidence']:g} % interval over the test set"
-        ),
-    ]
-    drawn.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.4, handlelength=1.4)
+    write_key(panels, ranking, by_recipe)
+    panels[0].set_yticks(range(len(paper_names())), ordered(ranking))
+    for label in panels[0].get_yticklabels():
+        level = label.get_text() in ranking["claims"]["best_model"]["level"]
+        label.set_fontweight("bold" if level else "normal")
     return drawn

@@ -49,11 +49,6 @@ def step_marker(name: str) -> dict[str, Any]:
     return marker(name) | small
 
 
-def recipe_marker(name: str) -> dict[str, Any]:
-    """Keywords of `Axes.plot` for a model trained by the paper's recipe: its marker, with a black edge."""
-    return marker(name) | {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8, "zorder": 4}
-
-
 def trained_by_paper_recipe(comparison: Any) -> dict[str, Any]:
     """The models that were also trained by the paper's recipe, by name, from the result `model_comparison`."""
     return {name: comparison["beside"][PAPER_TRAINED[name]] for name in comparison["by_paper_recipe"]["trained"]}
@@ -158,12 +153,6 @@ def conditioning_handles() -> list[Line2D]:
         Line2D([], [], color="0.35", marker=MARKERS[name], markersize=SIZES[name], linestyle="", label=name)
         for name in CONDITIONINGS
     ]
-
-
-def recipe_handle() -> Line2D:
-    """Legend entry of the models trained by the paper's recipe, among those by `swift`."""
-    look = {"marker": "o", "color": "0.6", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8}
-    return Line2D([], [], linestyle="", markersize=5.0, label="black edge: paper’s recipe", **look)
 
 
 def paper_marker(name: str) -> dict[str, Any]:

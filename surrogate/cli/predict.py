@@ -59,7 +59,7 @@ OutOption = Annotated[
 ]
 StepsOption = Annotated[
     bool,
-    _in_output("--steps", help="Write a row for each step of the protocols of --in to .csv, not for each protocol."),
+    _in_output("--steps", help="Write a row for each step to --out .csv, not for each protocol of --in."),
 ]
 JsonOption = Annotated[bool, _in_output("--json", help="Print scalars and arrays as JSON.")]
 PlotOption = Annotated[
@@ -127,6 +127,8 @@ def predict(
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
+    if steps and out is None:
+        raise ValueError("--steps must go with --out FILE.csv, which then has a row for each step; received no --out")
     if source is not None and out is not None and source.absolute() == out.absolute():
         raise ValueError(f"--out must be another file than --in, which stays as it is; received {out} for both")
     table = protocols_asked(source, (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate))

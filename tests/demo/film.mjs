@@ -1,14 +1,9 @@
 /** The moving contact beside the curve, on a desk and on a phone, and what axe-core says of the page. */
 
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { join } from "node:path";
 
+import { findings } from "./findings.mjs";
 import { read, settled, visible } from "./looking.mjs";
-
-const here = dirname(fileURLToPath(import.meta.url));
-const axe = readFileSync(createRequire(join(here, "../../demo/package.json")).resolve("axe-core/axe.min.js"), "utf8");
 
 const look = (page) =>
   page.evaluate(() => {
@@ -23,14 +18,6 @@ const look = (page) =>
       colours: colours.size,
     };
   });
-
-/** The serious findings of axe-core, by rule and place. */
-const findings = async (page) => {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run());
-  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
-  return serious.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target.join(" ")}`));
-};
 
 export async function film({ open, phone, out }) {
   const seen = {};

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Build the demonstrator and use it in headless Chromium. Installs Debian's Chromium and Node packages when they are missing.
+# Build the demonstrator and use it in headless Chromium, which reads pages of the documentation too. Installs Debian's Chromium and Node packages when they are missing.
 # Usage: tests/demo/run.sh [MODEL.onnx]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -27,4 +27,4 @@ fi
 
 make --no-print-directory demo-build DEMO_MODEL="$model"
 (cd demo && node_modules/.bin/tsc --noEmit)
-.venv/bin/python -m pytest -q tests/demo/check_numbers.py tests/demo/check_in_browser.py
+.venv/bin/python -m pytest -q tests/demo/check_numbers.py tests/demo/check_in_browser.py tests/demo/check_site.py

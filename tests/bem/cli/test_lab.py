@@ -147,7 +147,8 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
 
 
 def test_a_stiffness_moves_the_stage(tmp_path):
-    simulated(csv=tmp_path / "a.csv", stiffness="50", material="elastic")
+    result = simulated(csv=tmp_path / "a.csv", stiffness="50", material="elastic")
+    assert result.stderr == "bem: an elastic solid does not relax: --retardation-time needs a --material like sls:0.3\n"
     curve = ForceCurve.read(tmp_path / "a.csv")
     assert curve.stage.max() == pytest.approx(3e-7)
     np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / 50.0, atol=1e-14)

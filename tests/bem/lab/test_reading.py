@@ -102,7 +102,8 @@ def test_columns_of_other_names_are_told_apart(tmp_path):
     ("text", "message"),
     [
         ("time (s),indentation (m)\n0,0\n1,1\n2,2\n", "a force curve must have a column force"),
-        ("0,1,2\n1,2,3\n2,3,4\n", "with no column of a known name"),
+        ("Zeit (s),depth (m),Kraft (N)\n0,0,0\n1,1,1\n", r"with \['Zeit \(s\)', 'depth \(m\)', 'Kraft \(N\)'\]"),
+        ("0,1,2\n1,2,3\n2,3,4\n", r"with no column of a known name: \["),
         ("time (s),indentation (m),force\n0,0,0\n1,1,1\n", r"a column must name its unit.*received .*'force'"),
         ("time (s),indentation (m),force (um)\n0,0,0\n1,1,1\n", r"column 'force \(um\)' of .* must be a force"),
         (f"{ROW}1,one,1\n", r"a row must hold numbers; received 'one' in column 2 of row 2"),

@@ -53,16 +53,19 @@ def test_figure_fms_transfer_and_its_numbers():
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
     config = {"model": "M1-concat"}
     study = {"config": config, "paper": {"sample": sample, "test_set": {"trajectories": 3, "errors": errors}}}
-    first, second = figure_fms_transfer.compose(study).axes
-    assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
-    assert {line.get_marker() for line in first.lines[2:]} == {"^"}
-    assert len({line.get_color() for line in first.lines[2:]}) == 3
-    heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
-    assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
+    *first, second = figure_fms_transfer.compose(study).axes
+    lines = {line.get_label(): line for axes in first for line in axes.lines if line.get_label() != "solver"}
+    assert {name: line.get_ydata()[-1] for name, line in lines.items() if name.startswith("$N")} == {
+        f"$N = {n}$": float(n) for n in predictions
+    }
+    assert [axes.get_title(loc="right") for axes in first] == ["$N=100$", "$N=120$", "$N=140$"]
+    assert {line.get_marker() for name, line in lines.items() if name.startswith("$N")} == {"^"}
+    widths = [bar.get_width() for bars in second.containers for bar in bars if hasattr(bar, "get_width")]
+    assert widths == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
     assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
     assert drawing.written(3) == "3"
     predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
     axes = drawing.figure(height=2.0).subplots()
     figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
-    assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]
+    assert [text.get_text() for text in axes.texts] == ["0.77", "median 0.77", "2.0", "90th percentile 2.0"]

@@ -36,7 +36,9 @@ def test_amortisation_and_cost_of_training():
     costs = {"paper_mse": 5e-4, "minutes_to_paper_mse": 1.5, "missing": ["M4-FiLM"], "outdated": {}}
     costs |= {"models": [run], "beside": [short]}
     (axes,) = figure_training_cost.compose(costs).axes
-    held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
+    held_out = [
+        line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == figure_training_cost.HELD_OUT
+    ]
     assert held_out == [[2.0, 4e-4], [1.0, 8e-4]]
     assert [0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]
     assert "1.5 core-minutes" in " ".join(text.get_text() for text in axes.texts)

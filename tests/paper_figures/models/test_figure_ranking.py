@@ -3,33 +3,40 @@
 import pytest
 
 from paper_figures.models import figure_ranking
-from paper_figures.style import drawing, models_style
+from paper_figures.style import models_style
 from paper_figures.tables import table_ranking
 from surrogate.architectures.naming import paper_names
 from tests.paper_figures.results import comparison, ranking
 
 
-def test_seeds_are_points_and_intervals_bars():
-    seeds = dict.fromkeys(paper_names(), 3)
-    study = ranking(seeds)
+def test_seeds_are_ticks_and_intervals_bars():
+    seeds = dict.fromkeys(reversed(paper_names()), 3)
+    study = ranking(seeds)  # the last of the paper's models errs least
+    study["claims"]["best_model"]["level"] = ["M6-gated", "M6-FiLM"]
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
     study["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
     drawn = figure_ranking.compose(study, comparison(paper_names(), by_recipe=["M2-FiLM"]))
     for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
-        assert axes.get_yscale() == "log"
+        assert axes.get_xscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
-        assert list(points) == paper_names()
-        (theirs,) = [line for line in axes.lines if line.get_markeredgecolor() == drawing.BLACK]
-        assert theirs.get_color() == models_style.color("M2-FiLM")
-        for name, line in points.items():
-            assert line.get_ydata().tolist() == [row[metric] for row in study["models"][name]]
+        assert list(points) == list(seeds)
+        (theirs,) = [line for line in axes.lines if line.get_marker() == "o"]
+        assert theirs.get_markeredgecolor() == models_style.color("M2-FiLM")
+        assert theirs.get_ydata().tolist() == [list(seeds).index("M2-FiLM")]
+        for row, (name, line) in enumerate(points.items()):
+            assert line.get_xdata().tolist() == [seed[metric] for seed in study["models"][name]]
+            assert set(line.get_ydata()) == {row}
             assert line.get_color() == models_style.color(name)
-        bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
-        low, high = axes.get_ylim()
-        ends = [study["spread"][name][metric] for name in paper_names()]
+        bars = [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in axes.patches]
+        low, high = axes.get_xlim()
+        ends = [study["spread"][name][metric] for name in seeds]
         assert bars == [pytest.approx((interval["low"], interval["high"])) for interval in ends]
         assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high < 1e3
-        assert not axes.texts
+    labels = drawn.axes[0].get_yticklabels()
+    assert [label.get_text() for label in labels] == list(seeds)
+    assert [label.get_text() for label in labels if label.get_fontweight() == "bold"] == ["M6-gated", "M6-FiLM"]
+    texts = [text.get_text() for axes in drawn.axes for text in axes.texts]
+    assert texts == ["ticks: seeds by swift", "bar: 95 % interval over the test set"]
     assert drawn.get_supxlabel() == ""
 
 

@@ -45,6 +45,9 @@ def test_default_is_the_first_sample(program):
     code, out, err = program("predict", "fast", "--loading-rate", "3")
     assert (code, out) == (2, "")
     assert "received no --peak-indentation, --dwell-time, --unloading-rate" in err
+    code, out, err = program("predict", "fast", "--steps")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("surrogate: --steps must go with --out FILE.csv")
 
 
 @pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
