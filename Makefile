@@ -209,16 +209,16 @@ paper-recipe-seeds: | $(INSTALLED)  ## Add finished trainings by the paper's rec
 	$(PY) -m experiments.paper.recipe_seeds $(FOLDERS)
 	$(SUMS) $(RECIPE_SEEDS) $(RECIPE_SEEDS:h5=json)
 
-PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces threshold equal-sizes
+PUBLISHED_STUDIES := feature-sets data-efficiency ranking model-forces threshold equal-parameters
 JSON = $(PUBLISHED)/$(subst -,_,$@).json
 OWN = --out $(JSON)
 feature-sets: $(CONFIGS)/feature_sets.toml $(DATASET) $(MODELS)  ## Train the input representations A to D and publish their errors
 data-efficiency: $(CONFIGS)/data_efficiency.toml $(DATASET) $(MODELS)  ## Train on decreasing shares of the data and publish the errors
 threshold: $(DATASET) $(MODELS)  ## Train M1-concat on forces in the unit in which its MSE is nearest to the paper's (an hour)
-equal-sizes: $(DATASET) $(MODELS)  ## Train M3, M5 and M6 with the parameters of M1-concat (hours)
+equal-parameters: $(DATASET) $(MODELS)  ## Train M3, M5 and M6 with the parameters of M1-concat (hours)
 OWN_WORK = $(JSON) --work $(OUT)/training_studies/$(subst -,_,$@)
 feature-sets data-efficiency: OWN = $(OWN_WORK)
-threshold equal-sizes: OWN = --out $(OWN_WORK)
+threshold equal-parameters: OWN = --out $(OWN_WORK)
 ranking: $(DATASET) $(PUBLISHED)/seeds.h5  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 model-forces: $(DATASET) $(MODELS)  ## Publish which models were trained on the forces of the published data set
 $(PUBLISHED_STUDIES): | $(INSTALLED)

@@ -34,10 +34,10 @@ def test_targets_keep_their_names(targets):
     assert modules().keys() == captions().keys()
     expected = """setup setup-small verify paper figures tables report cost-figures studies dataset models measure-speed
         model-paper-recipe paper-recipe-seeds model-as-worded model-inputs-c model-large model-budgets more-models
-        pretrained judge-fast judge-accurate feature-sets data-efficiency ranking model-forces threshold equal-sizes
-        cards paper-from-scratch smoke measurements test test-slow test-emulated test-torch test-minima lint format
-        golden-trajectories lock clean docs docs-numbers readme-pictures demo demo-build test-demo demo-curves
-        demo-models demo-card help help-all"""
+        pretrained judge-fast judge-accurate feature-sets data-efficiency ranking model-forces threshold
+        equal-parameters cards paper-from-scratch smoke measurements test test-slow test-emulated test-torch
+        test-minima lint format golden-trajectories lock clean docs docs-numbers readme-pictures demo demo-build
+        test-demo demo-curves demo-models demo-card help help-all"""
     assert targets - captions().keys() == set(expected.split())
 
 

@@ -3,7 +3,7 @@
 - `threshold`: the paper does not say the threshold c of its symmetric logarithm, sign(x) log(1 + abs(x) / c). The
   reference model is trained on forces in the unit c = 0.01, in which the published MSE comes nearest to the paper's,
   and compared, in this unit, with the 18 models that the same recipe trained in the unit 1.
-- `equal_sizes`: the paper does not say the sizes of M2, M3, M5 and M6. M3, M5 and M6 are trained with as many
+- `equal_parameters`: the paper does not say the sizes of M2, M3, M5 and M6. M3, M5 and M6 are trained with as many
   parameters as the reference model, which M2 has already.
 
 Source: the paper's sections "Surrogate-model inputs and targets" and "DL Models' architecture".
@@ -70,7 +70,9 @@ def study_threshold(dataset: Dataset, models: Models, *, work: Work = WORK / "th
     }
 
 
-def study_equal_sizes(dataset: Dataset, models: Models, *, work: Work = WORK / "equal_sizes") -> dict[str, Any] | None:
+def study_equal_parameters(
+    dataset: Dataset, models: Models, *, work: Work = WORK / "equal_parameters"
+) -> dict[str, Any] | None:
     """Train each family of unstated size with the parameters of the reference model."""
     data = TrajectoryDataset.load(dataset)
     records: dict[str, dict[str, Any]] = {}
