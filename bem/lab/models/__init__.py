@@ -1,9 +1,10 @@
-"""The models of a force curve, from the simplest on; each is one small file."""
+"""The models of a force curve, from the simplest on."""
 
-from bem.lab.models import cone, contact, dmt, hertz, jkr, ting
+from bem.lab.models import contact, elastic, ting
 from bem.lab.models.model import CONTACT_POINT, Model, Parameter, Path, setup_of
 
-MODELS: dict[str, Model] = {entry.MODEL.name: entry.MODEL for entry in (hertz, cone, dmt, jkr, ting, contact)}
+_ALL = elastic.HERTZ, elastic.CONE, elastic.DMT, elastic.JKR, ting.MODEL, contact.MODEL
+MODELS: dict[str, Model] = {model.name: model for model in _ALL}
 LINEAR = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m", "drift": "N/s"}
 """What enters a fit linearly, with any model, and its units."""
 PARAMETERS = {entry.name: entry for model in MODELS.values() for entry in (*model.parameters, CONTACT_POINT)}

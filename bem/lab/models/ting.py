@@ -12,7 +12,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.lab.models.hertz import pressing
+from bem.lab.models.elastic import pressing
 from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, reduced_modulus
 from bem.materials_library import relaxation_spectrum
 from bem.problem.materials import PronySeries
