@@ -61,9 +61,14 @@ class Measurement(Path):
     """Of the force, into and out of contact."""
 
     @property
+    def range(self) -> float:
+        """Range of the tension, in units of the noise."""
+        return float(np.ptp(self.tension)) / self.noise
+
+    @property
     def exact(self) -> float:
         """Error of a model that counts as none, in units of the noise: below it, no model is better than another."""
-        return _EXACT * float(np.ptp(self.tension)) / self.noise
+        return _EXACT * self.range
 
     @property
     def depth(self) -> FloatArray:
