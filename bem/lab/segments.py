@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
@@ -97,15 +98,9 @@ def _still(time: FloatArray, position: FloatArray) -> list[tuple[float, float]]:
 
 def _require_one_cycle(time: FloatArray, position: FloatArray, first: int) -> None:
     """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
-    depth = np.maximum(position, position[first])
+    depth = np.pad(np.maximum(position, position[first]), 1, constant_values=position[first])
     least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(position))
-    turn, rises, tops = 0, False, []
-    for n, level in enumerate(depth):
-        if (level > depth[turn]) == rises:
-            turn = n
-        elif abs(level - depth[turn]) > least:
-            tops += [] if rises else [n]
-            turn, rises = n, not rises
+    tops = find_peaks(depth, prominence=max(least, 1e-300))[0] - 1
     if len(tops) > 1:
         cuts = [time[a + int(np.argmin(position[a:b]))] for a, b in itertools.pairwise(tops)]
         raise ValueError(

@@ -104,8 +104,6 @@ def _require_options(setup: Setup, model: str, segment: Segment) -> None:
     """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
     if model != AUTO and model not in MODELS:
         raise ValueError(f"model must be auto or one of {', '.join(MODELS)}; received {shown(model)}")
-    if model == "cone" and setup.half_angle is None:
-        raise ValueError("half_angle must be given for a cone; received None")
     if setup.thickness is not None and model in _OFF_A_LAYER:
         raise ValueError(f"thickness must be left out with {model}, of which no formula for a layer is known here")
     if segment not in get_args(Segment):

@@ -75,22 +75,18 @@ class FitResult:
         """What the assumptions forbid, values with intervals, the models tried, and what is not determined."""
         setup, rows = self.setup, [("model", MODELS[self.model].title)]
         for name, value in self.values.items():
-            unit = LINEAR.get(name) or PARAMETERS[name].unit
-            title = name.replace("_", " ") if name in LINEAR else PARAMETERS[name].title
-            title += ", relaxed" if name == "relaxed_modulus" and "modulus_ratio" in self.values else ""
-            low, high = self.intervals[name]
-            text = f"{readable(value, unit):>14}"
-            if name in self.undetermined:
+            title, unit, (low, high) = PARAMETERS[name].title, PARAMETERS[name].unit, self.intervals[name]
+            text, finite = f"{readable(value, unit):>14}", np.isfinite([low, high]).all()
+            if name in self.undetermined or (self.adequate and not finite):
                 text = "not determined"
-            elif np.isfinite([low, high]).all():
+            elif finite:
                 text += f"   95 %: {readable(low, unit)} to {readable(high, unit)}"
-            elif self.adequate:
-                text = "not determined"
-            rows.append((title, text))
+            relaxed = name == "relaxed_modulus" and "modulus_ratio" in self.values
+            rows.append((f"{title}, relaxed" if relaxed else title, text))
             if name == "relaxed_modulus":
-                if "modulus_ratio" in self.values and "modulus_ratio" not in self.undetermined:
+                if relaxed and "modulus_ratio" not in self.undetermined:
                     at_once = value / self.values["modulus_ratio"]
-                    rows.append((f"{PARAMETERS[name].title}, instantaneous", f"{readable(at_once, unit):>14}"))
+                    rows.append((f"{title}, instantaneous", f"{readable(at_once, unit):>14}"))
                 rows.append(("reduced modulus E/(1-nu^2)", f"{readable(setup.contact_modulus, unit):>14}"))
         rows.append(("noise", f"{readable(self.noise, 'N'):>14}   residuals {self.misfit:.3g} times it"))
         if "work_of_adhesion" in self.values:
@@ -102,15 +98,10 @@ class FitResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
-        setup = self.setup
-        units = {name: LINEAR.get(name) or PARAMETERS[name].unit for name in self.values}
         names = "model adequate alike values intervals undetermined moduli correlations noise misfit misfits seconds"
-        fields = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
-            "units": units,
-            "confidence": CONFIDENCE,
-        }
-        fields |= {"tabor": setup.physical_tabor}
-        return plain(fields | {"notes": self.measured.notes})
+        fields = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()}
+        fields |= {"units": {name: PARAMETERS[name].unit for name in self.values}, "confidence": CONFIDENCE}
+        return plain(fields | {"tabor": self.setup.physical_tabor, "notes": self.measured.notes})
 
     def plot(self, path: str | FilePath) -> None:
         """Draw measurement and model against indentation, and residuals against time; the suffix chooses the format."""
@@ -276,7 +267,7 @@ def _sentences(
 ) -> list[str]:
     """Why no model is adequate, what the curve leaves open and what trades off."""
     name, texts, judgement = best.model.name, [], best.judgement
-    titles = {key: PARAMETERS[key].title if key in PARAMETERS else key.replace("_", " ") for key in best.names}
+    titles = {key: PARAMETERS[key].title for key in best.names}
     texts.append(f"Segments: {best.problem.data.segments.sentence(best.problem.data.time)}.")
     if not judgement.adequate:
         texts.append(f"No model is adequate, so that no interval holds. {' '.join(judgement.reasons)}")

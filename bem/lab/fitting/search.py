@@ -7,6 +7,7 @@ until it has met the lowest misfit twice.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -46,9 +47,8 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
             failure = error
             continue
         runs.sort(key=lambda run: run.misfit)
-        if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
-            break
-        if budget[0] < _KEPT * _WORK:
+        met_twice = len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit
+        if met_twice or budget[0] < _KEPT * _WORK:
             break
     if not runs:
         raise failure
@@ -79,15 +79,12 @@ def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list
 
     An approach shows a stiffer solid than the relaxed one.
     """
-    starts = [dict(start)]
+    memories: list[dict[str, float]] = [{}]
     if {"retardation_time", "modulus_ratio"} <= free:
-        starts = [
-            start | {"retardation_time": share * duration, "modulus_ratio": ratio}
+        memories = [
+            {"retardation_time": share * duration, "modulus_ratio": ratio}
             | {"relaxed_modulus": start["relaxed_modulus"] * ratio**0.25}
-            for start in starts for ratio in _RATIOS for share in _TIMES
-        ]  # fmt: skip
-    if "work_of_adhesion" in free:
-        starts = [
-            start | {"work_of_adhesion": start["work_of_adhesion"] * share} for start in starts for share in _ADHESIONS
+            for ratio, share in itertools.product(_RATIOS, _TIMES)
         ]
-    return starts
+    works = [start["work_of_adhesion"] * share for share in (_ADHESIONS if "work_of_adhesion" in free else (1.0,))]
+    return [{**start, **memory, "work_of_adhesion": work} for memory, work in itertools.product(memories, works)]
