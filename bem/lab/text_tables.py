@@ -37,24 +37,20 @@ def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, st
             titles = value.split() if '"' not in value or len(titles) > 1 else re.findall(r'"([^"]*)"', value)
         elif len(cells := _cells(text, separator)) == count and not all(map(_is_number, cells)):
             titles = cells
-    rows, dropped = [], 0
+    rows = []
     for number, line in enumerate(lines[start:], 1):
         if line.startswith("#"):
             continue
-        cells = _cells(line, separator)
         values = np.full(count, np.nan)
-        for n, cell in enumerate(cells[:count]):
-            if _is_number(cell):
-                values[n] = float(cell.replace(",", "."))
-            elif cell.strip().lower() not in _MISSING:
+        for n, cell in enumerate(_cells(line, separator)[:count]):
+            if (value := _value(cell)) is None:
                 raise ValueError(
                     f"a row must hold numbers; received {shown(cell)} in column {n + 1} of row {number} of {path}"
                 )
-        if np.isfinite(values).any():
-            rows.append(values)
-        else:
-            dropped += 1
-    table = np.array(rows)
+            values[n] = value
+        rows.append(values)
+    table = np.array([values for values in rows if np.isfinite(values).any()])
+    dropped = len(rows) - len(table)
     several = any(column_of(title)[2] for title in titles)
     titled = [n for n, title in enumerate(titles[:count]) if title]
     complete = np.isfinite(table[:, titled]).all(axis=1) | several
@@ -68,15 +64,20 @@ def _first_row(lines: Sequence[str]) -> tuple[str | None, int | None]:
             continue
         for separator in (";", "\t", ",", None):
             cells = _cells(line, separator)
-            if len(cells) > 1 and sum(map(_is_number, cells)) > 1 and all(
-                _is_number(cell) or cell.strip().lower() in _MISSING for cell in cells
-            ):  # fmt: skip
+            if sum(map(_is_number, cells)) > 1 and None not in map(_value, cells):
                 return separator, number
     return None, None
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip().strip('"') for cell in (line.split() if separator is None else line.split(separator))]
+
+
+def _value(cell: str) -> float | None:
+    """The number in a cell, NaN where the cell says that there is none; `None` for text."""
+    if _is_number(cell):
+        return float(cell.replace(",", "."))
+    return np.nan if cell.strip().lower() in _MISSING else None
 
 
 def _is_number(cell: str) -> bool:
