@@ -20,6 +20,13 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _MISSING = {"", "nan", "-nan", "inf", "-inf", "n/a", "#n/a", "na", "null", "none", "-", "--"}
 
 
+def require_file(path: Path, what: str) -> None:
+    """Raise a `FileNotFoundError` where there is nothing, and a `ValueError` where there is no regular file."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        received = "a directory" if path.is_dir() else "not a regular file"
+        raise ValueError(f"path must be {what}; received {path}, which is {received}")
+
+
 def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, str], int]:
     """Titles, units of a line of their own, numbers (n, m) with NaN for nothing, facts, and rows that were left out."""
     lines = _decoded(path).splitlines()
@@ -43,11 +50,11 @@ def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, st
             continue
         values = np.full(count, np.nan)
         for n, cell in enumerate(_cells(line, separator)[:count]):
-            if (value := _value(cell)) is None:
+            if (entry := _value(cell)) is None:
                 raise ValueError(
                     f"a row must hold numbers; received {shown(cell)} in column {n + 1} of row {number} of {path}"
                 )
-            values[n] = value
+            values[n] = entry
         rows.append(values)
     table = np.array([values for values in rows if np.isfinite(values).any()])
     dropped = len(rows) - len(table)
@@ -86,10 +93,7 @@ def _is_number(cell: str) -> bool:
 
 def _decoded(path: Path) -> str:
     """The text of a file in UTF-8, UTF-16 or the encoding of Windows in the west."""
-    if path.is_dir():
-        raise ValueError(f"path must be a text file of columns; received {path}, which is a directory")
-    if not stat.S_ISREG(path.stat().st_mode):
-        raise ValueError(f"path must be a text file of columns; received {path}, which is not a regular file")
+    require_file(path, "a text file of columns")
     with path.open("rb") as file:
         data = file.read(_MOST_TEXT + 1)
     if len(data) > _MOST_TEXT:

@@ -20,7 +20,7 @@ from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.lab.contact_point import STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.fitted import Fitted
+from bem.lab.fitting.fitted import Fitted, run
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
 from bem.lab.fitting.regression import Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
@@ -189,8 +189,7 @@ class _Choice:
         if name == "contact":  # the range of adhesion is the equilibrium gap
             setup = setup.replaced(largest_tabor=HIGHEST_TABOR)
             data = dataclasses.replace(data, setup=setup)
-        is_series = isinstance(setup.material, PronySeries)
-        held = ("retardation_time", "modulus_ratio") if is_series and name in ("contact", "ting") else ()
+        held = ("retardation_time", "modulus_ratio") if isinstance(setup.material, PronySeries) else ()
         nonlinear = tuple(key.name for key in (*model.parameters, CONTACT_POINT) if key.name not in held)
         linear, start = data.linear, self._start(model.name) | dict(further or {})
         start = {key: start[key] for key in nonlinear}
@@ -205,7 +204,7 @@ class _Choice:
             problem.options = {"jumps": data.jumps}
             best = search(problem, start, self.accuracy)
         else:
-            best = problem.run(np.zeros(len(nonlinear)))
+            best = run(problem, np.zeros(len(nonlinear)))
         if name not in self.fits or best.misfit < self.fits[name].misfit:
             self.fits[name] = best
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin

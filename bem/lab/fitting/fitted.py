@@ -6,23 +6,22 @@ as correlated as the baseline is, so that a misfit does not count as noise.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import orth
+from scipy.optimize import least_squares
 from scipy.signal import lfilter
 from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
 from bem.lab.fitting.measurement import slow_noise
+from bem.lab.fitting.regression import Regression
 from bem.lab.models import Model, setup_of
 from bem.lab.setup import Setup
-
-if TYPE_CHECKING:
-    from bem.lab.fitting.regression import Regression
 
 CONFIDENCE = 0.95
 _BLOCKS = 8  # of the depth, on either way
@@ -31,6 +30,7 @@ _MOST_IN_A_BLOCK = 0.004  # and the most that it may move a block by, before the
 _ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
 _SURE = 0.999  # that a misfit is no chance: in sum, over blocks, and of three moduli
 _SURE_AT_CONTACT = 0.9995  # the same of the one block about the contact point
+_EDGE = 1e-6  # of its unit, within which a parameter is at its bound
 _DEPTHS = 3  # from which the modulus is taken
 
 
@@ -163,6 +163,31 @@ class Fitted:
             intervals[name] = (self.values[name] - half, self.values[name] + half)
         rows = zip(names, correlation.tolist(), strict=True)
         return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}
+
+
+def run(problem: Regression, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
+    """Least squares from a point."""
+    low, high = problem.bounds
+    limits = {"max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
+    x = np.clip(x, low + 1e-9, high - 1e-9)
+    solution = least_squares(problem.residuals, x, problem.jacobian, bounds=(low, high), **limits)
+    return fitted_at(problem, solution.x, solution.status > 0)
+
+
+def fitted_at(problem: Regression, x: FloatArray, converged: bool) -> Fitted:
+    """What a problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
+    problem.turn_tilt(x)
+    problem.tension(x)  # raises where there is no contact
+    residuals = problem.residuals(x)
+    columns = np.zeros((residuals.size, len(problem.linear)))
+    columns[: len(problem)] = problem.columns * problem.length * (problem.weights / problem.data.noise)[:, None]
+    jacobian = np.column_stack([problem.derivatives(x), columns])
+    low, high = problem.bounds
+    at_bound = tuple(itertools.compress(problem.free, np.minimum(x - low, high - x) < _EDGE))
+    coefficients = map(float, problem.coefficients / problem.length)
+    values = problem.values(x) | dict(zip(problem.linear, coefficients, strict=True))
+    counted = np.append(problem.weights > 0.0, np.ones(residuals.size - len(problem), dtype=bool))
+    return Fitted(problem, x, values, residuals, jacobian, counted, at_bound, converged)
 
 
 def judge(fitted: Fitted) -> Judgement:

@@ -7,23 +7,19 @@ count.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.optimize import least_squares
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.fitted import Fitted
 from bem.lab.fitting.measurement import Measurement
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.contact import NoContactError
 
 _ROUGH = 4e-4  # of the range of the force, several times what near simulations differ by beside their change
-_EDGE = 1e-6  # of its unit, within which a parameter is at its bound
 _CHANGE = 2.0  # of the tension, in units of the noise over all points, by a step of a derivative
 _PASSED = 0.1  # of the noise; a point that changes by so much more than twice what those beside it do falls in a jump
 _BESIDE = 9  # points of which the middle change is that of a point without a jump
@@ -156,30 +152,12 @@ class Regression:
         matrix[: len(self)] -= basis @ (basis.T @ matrix[: len(self)])
         return matrix
 
-    def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
-        """Least squares from a point."""
-        low, high = self.bounds
-        limits = {"max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
-        x = np.clip(x, low + 1e-9, high - 1e-9)
-        solution = least_squares(self.residuals, x, self.jacobian, bounds=(low, high), **limits)
-        return self.fitted(solution.x, solution.status > 0)
-
-    def fitted(self, x: FloatArray, converged: bool) -> Fitted:
-        """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
+    def turn_tilt(self, x: FloatArray) -> None:
+        """Let the tilt turn about the contact point."""
         if "tilt" in self.linear:
             turned, tilt = self.data.position - self.values(x)["contact_point"], self.linear.index("tilt")
             self.length[tilt] = np.linalg.norm(turned)
             self.columns[:, tilt] = turned / self.length[tilt]
-        self.tension(x)  # raises where there is no contact
-        residuals = self.residuals(x)
-        columns = np.zeros((residuals.size, len(self.linear)))
-        columns[: len(self)] = self.columns * self.length * (self.weights / self.data.noise)[:, None]
-        jacobian = np.column_stack([self.derivatives(x), columns])
-        low, high = self.bounds
-        at_bound = tuple(itertools.compress(self.free, np.minimum(x - low, high - x) < _EDGE))
-        values = self.values(x) | dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
-        counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
-        return Fitted(self, x, values, residuals, jacobian, counted, at_bound, converged)
 
     def _solved(self, tension: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""

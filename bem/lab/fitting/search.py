@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.fitting.fitted import Fitted, fitted_at, run
+from bem.lab.fitting.regression import Regression
 from bem.lab.models.contact import NoContactError
 
 _TIMES, _RATIOS = (0.005, 0.03, 0.15, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
@@ -42,7 +43,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     failure = NoContactError("the solver completes no contact")
     for x in points[:_TRIED]:
         try:
-            runs.append(problem.run(x, _SHORT, _CLOSENESS))
+            runs.append(run(problem, x, _SHORT, _CLOSENESS))
         except NoContactError as error:
             failure = error
             continue
@@ -59,7 +60,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
         best, reached = _last(problem, best.x), accuracy
     problem.options |= {"accuracy": reached, "budget": None}
     # A run that spends the budget has no derivatives where it ends.
-    return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
+    return fitted_at(problem, best.x, best.converged and budget[0] >= 0.0)
 
 
 def _last(problem: Regression, x: FloatArray) -> Fitted:
@@ -67,7 +68,7 @@ def _last(problem: Regression, x: FloatArray) -> Fitted:
 
     The solver's own error makes the bottom of a valley uneven, so that a run may end on its way.
     """
-    fitted = problem.run(x, _LONG, _CLOSENESS)
+    fitted = run(problem, x, _LONG, _CLOSENESS)
     step = np.linalg.lstsq(problem.jacobian(fitted.x), -problem.residuals(fitted.x), rcond=1e-9)[0]
     points = [np.clip(fitted.x + factor * step, *problem.bounds) for factor in _FARTHER]
     least = min(float(np.sum(problem.residuals(point) ** 2)) for point in points)

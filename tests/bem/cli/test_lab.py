@@ -118,7 +118,6 @@ OPTIONS = {
             *("fit curve.csv", {"material": "sylgard_184", "retardation_time": "1s"}),
             "must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
         ),
-        ("fit curve.csv", {"radius": "0"}, "radius must be a finite number greater than 0"),
         (
             *("fit stage.csv", {"radius": "-1", "poisson_ratio": "2"}),
             "(stiffness, in N/m; --stiffness) must be given, to turn displacement into indentation; received none for "
