@@ -1,12 +1,11 @@
-"""The models of a force curve, from the simplest on."""
+"""The models of a force curve, from the simplest on; each is one small file."""
 
 import math
 
-from bem.lab.models import contact, elastic, ting
+from bem.lab.models import cone, contact, dmt, hertz, jkr, ting
 from bem.lab.models.model import CONTACT_POINT, Model, Parameter, Path, setup_of
 
-_ALL = elastic.HERTZ, elastic.CONE, elastic.DMT, elastic.JKR, ting.MODEL, contact.MODEL
-MODELS: dict[str, Model] = {model.name: model for model in _ALL}
+MODELS: dict[str, Model] = {entry.MODEL.name: entry.MODEL for entry in (hertz, cone, dmt, jkr, ting, contact)}
 _UNITS = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m", "drift": "N/s"}
 LINEAR = {
     name: Parameter(name, name.replace("_", " "), unit, "linear", -math.inf, math.inf, "two baselines")

@@ -12,7 +12,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.lab.models.elastic import pressing
+from bem.lab.models.hertz import pressing
 from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, setup_of
 from bem.problem.materials import relaxation_spectrum
 
