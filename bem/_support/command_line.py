@@ -151,12 +151,15 @@ def sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         named = f"the file must be accessible; received {error.filename} ({error.strerror})"
         return shortened(named if error.filename else error.strerror, LONGEST)
-    quantities, must, rest = str(error).partition(" must ")
-    # A row of a table has columns, not options.
-    if must and " in row " not in rest and re.fullmatch(r"\w+((, | and )\w+)*", quantities):
-        quantities = re.sub(r"\w+", lambda name: _option_of.get(name[0], name[0]), quantities)
-    text = quantities + must + rest
+    text = str(error)
+    if " in row " not in text:  # a row of a table has columns, not options
+        text = re.sub(r"(?:^|(?<=; ))\w+((, | and )\w+)*(?= must )", _options_for, text)
     return shortened(text, LONGEST)
+
+
+def _options_for(quantities: re.Match[str]) -> str:
+    """The options of quantities that a message names."""
+    return re.sub(r"\w+", lambda name: _option_of.get(name[0], name[0]), quantities[0])
 
 
 def usage_sentence(error: Any) -> str:

@@ -1,6 +1,8 @@
 """Small validators whose messages name the quantity, what is allowed and what was received."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from numbers import Real
 from operator import ge, gt, le, lt
 from typing import Any
@@ -57,6 +59,15 @@ def finite_number(
         allowed = " and ".join(f"{relation} {limit:g}" for relation, limit, _ in limits)
         raise ValueError(f"{name} must be a finite number{' ' if allowed else ''}{allowed}; received {shown(value)}")
     return number
+
+
+@contextmanager
+def collected(mistakes: list[str]) -> Iterator[None]:
+    """Add the sentence of a `ValueError` to `mistakes`, of which one message then names all."""
+    try:
+        yield
+    except ValueError as error:
+        mistakes.append(str(error))
 
 
 def instance(name: str, value: Any, allowed: tuple[type, ...]) -> Any:

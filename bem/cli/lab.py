@@ -11,6 +11,7 @@ import typer
 
 from bem._support.command_line import Commands, one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
+from bem._support.validation import collected
 from bem._support.wording import plain_table, shown
 from bem.cli import arguments
 from bem.cli.arguments import (
@@ -216,18 +217,26 @@ def fit(
     from bem.lab.curve import ForceCurve
     from bem.lab.fitting import fit as run
     from bem.lab.fitting import guess_setup
+    from bem.lab.setup import Setup
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
     properties = solid_of(material, modulus, poisson_ratio, retardation_time)
     properties |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap, "thickness": thickness}
     properties = {name: value for name, value in properties.items() if value is not None}
+    properties |= {"radius": radius, "half_angle": half_angle}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     options: dict[str, Any] = {"model": model, "segment": segment}
     with one_sentence("bem"), Outputs(out, plot) as outputs:
         how = {"stiffness": stiffness, "speed": speed, "number": number, "sensitivity": sensitivity}
-        measured = ForceCurve.read(curve, force_sign=force_sign, **how)
-        start = guess_setup(measured, radius=radius, half_angle=half_angle, **properties)
+        mistakes: list[str] = []
+        with collected(mistakes):
+            measured = ForceCurve.read(curve, force_sign=force_sign, **how)
+        with collected(mistakes):  # with any modulus and work of adhesion in place of those that the curve tells
+            Setup(**{"relaxed_modulus": 1.0, "work_of_adhesion": 1.0} | properties)
+        if mistakes:
+            raise ValueError("; ".join(mistakes))
+        start = guess_setup(measured, **properties)
         result = run(measured, start, names, **options, accuracy=parse_accuracy(accuracy))
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write(outputs, out, lambda temporary: temporary.write_text(text, encoding="utf-8"))

@@ -15,6 +15,7 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
 from bem.lab.raw_curve import RawCurve
+from bem.lab.text_tables import require_file
 
 INSTALL = "`pip install '.[lab]'` in a clone of the repository"
 
@@ -37,11 +38,7 @@ def load_afm(path: str | Path, stiffness: float | None = None, sensitivity: floa
         FileNotFoundError: there is no such file.
     """
     path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(2, "No such file or directory", str(path))
-    if not path.is_file():
-        kind_of_file = "a directory" if path.is_dir() else "not a regular file"
-        raise ValueError(f"path must be a text or an AFM file; received {path}, which is {kind_of_file}")
+    require_file(path, "a text or an AFM file")
     try:
         import afmformats
     except ImportError as error:

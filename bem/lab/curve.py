@@ -216,9 +216,8 @@ class ForceCurve(Tabular):
     def summary(self) -> dict[str, Any]:
         """Pull-off force in N, hysteresis in J, which force is positive, and of a prediction the pull-off interval."""
         values = {name: getattr(self, name) for name in ("pull_off_force", "hysteresis", "force_sign")}
-        return (
-            values if self.pull_off_interval is None else values | {"pull_off_interval": list(self.pull_off_interval)}
-        )
+        interval = self.pull_off_interval
+        return values if interval is None else values | {"pull_off_interval": list(interval)}
 
     def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
         """Draw the force against indentation, and beside it force or indentation against time, into a new figure.

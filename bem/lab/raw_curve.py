@@ -35,12 +35,9 @@ class RawCurve:
             ValueError: a column, the stiffness or the speed is missing, or the force grows the wrong way.
         """
         quantities, compression, spring = self.quantities, self.quantities["force"], self.stiffness
-        stage = quantities.get("displacement")
-        if stage is None and "height" in quantities:
-            stage = -quantities["height"]
-        depth = quantities.get("indentation")
-        if depth is None and "separation" in quantities:
-            depth = -quantities["separation"]
+        away = {name: -quantities[name] for name in ("height", "separation") if name in quantities}
+        stage, depth = quantities.get("displacement", away.get("height")), away.get("separation")
+        depth = quantities.get("indentation", depth)
         if stage is None and depth is None:
             raise ValueError(
                 f"a force curve must have an indentation, or a displacement and a stiffness; received {where} with "

@@ -6,6 +6,7 @@ Approach and retract may be two files, or paired columns of one; then the second
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from bem.lab.text_tables import NUMBER, table_of
 from bem.lab.units import ForceSign, factor
 
 _TEXT_FILES = (".csv", ".txt", ".tsv", ".dat", ".asc")
+_POSITIONS = ("displacement", "height", "indentation", "separation")
 
 
 def raw_curves(
@@ -34,7 +36,13 @@ def raw_curves(
     if len(paths) == 1 and paths[0].suffix.lower() not in _TEXT_FILES:
         return load_afm(paths[0], stiffness, sensitivity), force_sign or "compression"
     try:
-        raw, sign = _joined([_text_curve(path, columns, stiffness, sensitivity) for path in paths], paths)
+        files = [_text_curve(path, columns, stiffness, sensitivity) for path in paths]
+        tables = [raw.quantities for raw, _ in files]
+        for path, table in zip(paths, tables, strict=True):
+            if set(table) != set(tables[0]):
+                raise ValueError(
+                    f"the files of one curve must have the same columns; received {path} with {listed(table)}"
+                )
     except ValueError as error:
         # Instruments write text of their own, which afmformats may know.
         try:
@@ -45,27 +53,19 @@ def raw_curves(
         except ValueError:
             pass
         raise
+    quantities, sign = _joined(tables), files[0][1]
     if force_sign is not None and force_sign != sign:
-        raw.quantities["force"] = -raw.quantities["force"]
-    return [raw], force_sign or sign
+        quantities["force"] = -quantities["force"]
+    return [replace(files[0][0], quantities=quantities)], force_sign or sign
 
 
-def _joined(parts: Sequence[tuple[RawCurve, ForceSign]], paths: Sequence[Path]) -> tuple[RawCurve, ForceSign]:
-    """The curve of text files in a row; times that begin before the last file ended are moved behind it."""
-    (first, sign), quantities = parts[0], [dict(table.quantities) for table, _ in parts]
-    for before, table, path in zip(quantities, quantities[1:], paths[1:], strict=False):
-        if set(table) != set(before):
-            raise ValueError(f"the files of one curve must have the same columns; received {path} with {listed(table)}")
-        _follow(before, table)
-    joined = {name: np.concatenate([table[name] for table in quantities]) for name in quantities[0]}
-    return replace(first, quantities=joined), sign
-
-
-def _follow(before: dict[str, FloatArray], table: dict[str, FloatArray]) -> None:
-    """Move the times of a part behind those of the part before it."""
-    if "time" in table and table["time"][0] < (end := before["time"][-1]):
-        time = table["time"]
-        table["time"] = time - time[0] + end + (float(np.median(np.diff(time))) if time.size > 1 else 0.0)
+def _joined(parts: Sequence[dict[str, FloatArray]]) -> dict[str, FloatArray]:
+    """The columns of parts in a row; times that begin before the part ahead has ended are moved behind it."""
+    for ahead, part in itertools.pairwise(parts):
+        if "time" in part and part["time"][0] < (end := ahead["time"][-1]):
+            steps = np.diff(part["time"])
+            part["time"] = part["time"] - part["time"][0] + end + (float(np.median(steps)) if steps.size else 0.0)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _text_curve(
@@ -75,6 +75,7 @@ def _text_curve(
     titles, units, rows, facts, dropped = table_of(path)
     exporter, parts = _named([renamed.get(title.strip(), title) for title in titles], units, rows, path)
     spring, volts = (_fact(facts, name) for name in ("stiffness", "sensitivity"))
+    sign: ForceSign = "tension" if "tension" in parts[0] else "compression"
     for table in parts:
         if "deflection_in_volts" in table:
             if (per_volt := sensitivity or volts) is None:
@@ -91,40 +92,25 @@ def _text_curve(
             name = "force" if "force" in table else "tension"
             table[name] = table[name] * (stiffness / spring)
         table.pop("deflection", None)
-    sign: ForceSign = "tension" if "tension" in parts[0] else "compression"
-    for table in parts:
         if sign == "tension":
             table["force"] = -table.pop("tension")
-    if "z" in parts[0]:
-        towards = _grows(parts[0]["z"], parts[0]["force"])
+    if "z" in parts[0]:  # the larger half of the forces lies where the sphere is pressed in
+        z, strength = parts[0]["z"], np.abs(parts[0]["force"] - np.median(parts[0]["force"]))
+        towards = z[strength > 0.5 * strength.max()].mean() > z.mean()
         for table in parts:
             table["displacement"] = table.pop("z") * (1.0 if towards else -1.0)
-    if len(parts) > 1:
-        position = next(
-            (name for name in ("displacement", "height", "indentation", "separation") if name in parts[0]), None
-        )
-        if position and "time" not in parts[1] and _away(parts, position):
+    position = next((name for name in _POSITIONS if name in parts[0]), None)
+    if len(parts) > 1 and position and "time" not in parts[1]:
+        turn, (begin, end) = parts[0][position][-1], parts[1][position][[0, -1]]
+        if abs(begin - turn) > abs(end - turn):  # a retraction that is stored from its far end on
             parts[1] = {name: values[::-1] for name, values in parts[1].items()}
-        _follow(*parts[:2])
-    quantities = {name: np.concatenate([table[name] for table in parts]) for name in parts[0]}
+    quantities = _joined(parts)
     if quantities["force"].size < 2:
         raise ValueError(f"a file must have a header and at least two rows of numbers; received {path}")
     notes = [f"Columns of {exporter}: {listed(quantities)}."]
     notes += [f"{dropped} rows without numbers were left out."] if dropped else []
     used = stiffness or (spring if "displacement" in quantities or "height" in quantities else None)
     return RawCurve(quantities, used, notes=tuple(notes)), sign
-
-
-def _grows(position: FloatArray, compression: FloatArray) -> bool:
-    """Whether the larger half of the forces lies at the larger places."""
-    strong = np.abs(compression - np.median(compression)) > 0.5 * np.abs(compression - np.median(compression)).max()
-    return bool(position[strong].mean() > position.mean())
-
-
-def _away(parts: Sequence[Mapping[str, FloatArray]], position: str) -> bool:
-    """Whether a retraction is stored from its far end on: that end is nearer to the start of the approach."""
-    turn, begin, end = parts[0][position][-1], parts[1][position][0], parts[1][position][-1]
-    return bool(abs(begin - turn) > abs(end - turn))
 
 
 def _fact(facts: Mapping[str, str], name: str) -> float | None:

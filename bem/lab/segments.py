@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
@@ -67,13 +68,12 @@ def segments_of(time: FloatArray, position: FloatArray, compression: FloatArray,
     in_force = pressed and lengths[1] > _LONGER * lengths[0] and by_force[1] - by_force[0] >= 5
     top, leaves = by_force if in_force else by_position
     held = time[leaves] - time[top] > _PAUSE * (time[-1] - time[0]) and leaves - top >= 5
-    pauses = [(begin, end) for begin, end in _still(time, position) if end < time[top] or begin > time[leaves]]
-    begun = float(time[0])
+    since = time - time[0]
     return Segments(
-        int(top),
-        int(leaves) if held else int(top if in_force else leaves),
+        top,
+        top if in_force and not held else leaves,
         ("force" if in_force else "position") if held else None,
-        tuple((begin - begun, end - begun) for begin, end in pauses),
+        tuple((begin, end) for begin, end in _still(time, position) if end < since[top] or begin > since[leaves]),
     )
 
 
@@ -85,27 +85,18 @@ def _plateau(values: FloatArray) -> tuple[int, int]:
 
 
 def _still(time: FloatArray, position: FloatArray) -> list[tuple[float, float]]:
-    """Instants between which a path stands still."""
+    """Instants, in s from the first, between which a path stands still."""
     instants, positions = straight_lines(time, position)
     allowed = max(_PLATEAU * float(np.ptp(position)), _LOUD * noise_of(position))
-    pauses: list[tuple[float, float]] = []
-    for begin, end, low, high in zip(instants, instants[1:], positions, positions[1:], strict=False):
-        if abs(high - low) < allowed and end - begin > _PAUSE * instants[-1] and begin > 0.0:
-            pauses.append((float(begin + time[0]), float(end + time[0])))
-    return pauses
+    still = (np.abs(np.diff(positions)) < allowed) & (np.diff(instants) > _PAUSE * instants[-1]) & (instants[:-1] > 0.0)
+    return [(float(instants[n]), float(instants[n + 1])) for n in np.flatnonzero(still)]
 
 
 def _require_one_cycle(time: FloatArray, position: FloatArray, first: int) -> None:
     """Refuse a path that rises again after a fall, both by more than noise; what it does out of contact is free."""
-    depth = np.maximum(position, position[first])
+    depth = np.pad(np.maximum(position, position[first]), 1, constant_values=position[first])
     least = max(_TURNS * float(np.ptp(depth)), _BEYOND * noise_of(position))
-    turn, rises, tops = 0, False, []
-    for n, level in enumerate(depth):
-        if (level > depth[turn]) == rises:
-            turn = n
-        elif abs(level - depth[turn]) > least:
-            tops += [] if rises else [n]
-            turn, rises = n, not rises
+    tops = find_peaks(depth, prominence=max(least, 1e-300))[0] - 1
     if len(tops) > 1:
         cuts = [time[a + int(np.argmin(position[a:b]))] for a, b in itertools.pairwise(tops)]
         raise ValueError(

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem._support.validation import finite_number, instance
+from bem._support.validation import collected, finite_number, instance
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve
 from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
@@ -44,16 +44,20 @@ INTERATOMIC_GAP = 0.3e-9
 EFFECTIVE_TABOR = 3.0
 """Tabor parameter of an effective range, at which a mesh resolves the edge of the contact."""
 
-_QUANTITIES = {
-    "radius": "length",
-    "work_of_adhesion": "energy per area",
-    "relaxed_modulus": "pressure",
-    "equilibrium_gap": "length",
-    "retardation_time": "time",
-    "stiffness": "stiffness",
-    "thickness": "length",
+_POSITIVE = {"above": 0.0}
+_QUANTITIES: dict[str, tuple[str, dict[str, float]]] = {
+    "radius": ("length", _POSITIVE),
+    "work_of_adhesion": ("energy per area", _POSITIVE),
+    "relaxed_modulus": ("pressure", _POSITIVE),
+    "equilibrium_gap": ("length", _POSITIVE),
+    "retardation_time": ("time", _POSITIVE),
+    "stiffness": ("stiffness", _POSITIVE),
+    "thickness": ("length", _POSITIVE),
+    "poisson_ratio": ("number", {"low": 0.0, "high": 0.5}),
+    "largest_tabor": ("number", {"low": 0.05, "high": LARGEST_TABOR}),
+    "half_angle": ("number", {"above": 0.0, "high": 89.0}),
 }
-_OPTIONAL = ("retardation_time", "stiffness", "thickness")
+_OPTIONAL = ("retardation_time", "stiffness", "thickness", "half_angle")
 
 
 class EffectiveRangeWarning(UserWarning):
@@ -82,7 +86,7 @@ class Setup:
             Hertz, DMT and Ting.
 
     Raises:
-        ValueError: naming the quantity, what is allowed and what was received.
+        ValueError: naming each such quantity, what is allowed and what was received.
     """
 
     radius: float
@@ -116,22 +120,22 @@ class Setup:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
-        if self.retardation_time is None and isinstance(self.material, StandardLinearSolid):
-            raise ValueError("retardation_time must be given for a StandardLinearSolid; received None")
-        if self.stiffness is not None and to_si("stiffness", self.stiffness, "stiffness") == np.inf:
-            object.__setattr__(self, "stiffness", None)
-        for name, dimension in _QUANTITIES.items():
-            if getattr(self, name) is not None or name not in _OPTIONAL:
-                value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
-                object.__setattr__(self, name, value)
-        ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
-        object.__setattr__(self, "poisson_ratio", ratio)
-        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=LARGEST_TABOR)
-        if self.half_angle is not None:
-            finite_number("half_angle", self.half_angle, above=0.0, high=89.0)
-        if not self.tabor >= 1e-6:
-            raise ValueError(f"the Tabor parameter of a setup must be at least 1e-06; received {self.tabor:.3g}")
+        mistakes: list[str] = []
+        with collected(mistakes):
+            instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
+            if self.retardation_time is None and isinstance(self.material, StandardLinearSolid):
+                raise ValueError("retardation_time must be given for a StandardLinearSolid; received None")
+        for name, (dimension, limits) in _QUANTITIES.items():
+            if getattr(self, name) is None and name in _OPTIONAL:
+                continue
+            with collected(mistakes):
+                number = to_si(name, getattr(self, name), dimension)
+                rigid = name == "stiffness" and number == np.inf
+                object.__setattr__(self, name, None if rigid else finite_number(name, number, **limits))
+        if not mistakes and not self.tabor >= 1e-6:
+            mistakes.append(f"the Tabor parameter of a setup must be at least 1e-06; received {self.tabor:.3g}")
+        if mistakes:
+            raise ValueError("; ".join(mistakes))
 
     @property
     def contact_modulus(self) -> float:

@@ -20,6 +20,13 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _MISSING = {"", "nan", "-nan", "inf", "-inf", "n/a", "#n/a", "na", "null", "none", "-", "--"}
 
 
+def require_file(path: Path, what: str) -> None:
+    """Raise a `FileNotFoundError` where there is nothing, and a `ValueError` where there is no regular file."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        received = "a directory" if path.is_dir() else "not a regular file"
+        raise ValueError(f"path must be {what}; received {path}, which is {received}")
+
+
 def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, str], int]:
     """Titles, units of a line of their own, numbers (n, m) with NaN for nothing, facts, and rows that were left out."""
     lines = _decoded(path).splitlines()
@@ -37,24 +44,20 @@ def table_of(path: Path) -> tuple[list[str], list[str], FloatArray, dict[str, st
             titles = value.split() if '"' not in value or len(titles) > 1 else re.findall(r'"([^"]*)"', value)
         elif len(cells := _cells(text, separator)) == count and not all(map(_is_number, cells)):
             titles = cells
-    rows, dropped = [], 0
+    rows = []
     for number, line in enumerate(lines[start:], 1):
         if line.startswith("#"):
             continue
-        cells = _cells(line, separator)
         values = np.full(count, np.nan)
-        for n, cell in enumerate(cells[:count]):
-            if _is_number(cell):
-                values[n] = float(cell.replace(",", "."))
-            elif cell.strip().lower() not in _MISSING:
+        for n, cell in enumerate(_cells(line, separator)[:count]):
+            if (entry := _value(cell)) is None:
                 raise ValueError(
                     f"a row must hold numbers; received {shown(cell)} in column {n + 1} of row {number} of {path}"
                 )
-        if np.isfinite(values).any():
-            rows.append(values)
-        else:
-            dropped += 1
-    table = np.array(rows)
+            values[n] = entry
+        rows.append(values)
+    table = np.array([values for values in rows if np.isfinite(values).any()])
+    dropped = len(rows) - len(table)
     several = any(column_of(title)[2] for title in titles)
     titled = [n for n, title in enumerate(titles[:count]) if title]
     complete = np.isfinite(table[:, titled]).all(axis=1) | several
@@ -68,9 +71,7 @@ def _first_row(lines: Sequence[str]) -> tuple[str | None, int | None]:
             continue
         for separator in (";", "\t", ",", None):
             cells = _cells(line, separator)
-            if len(cells) > 1 and sum(map(_is_number, cells)) > 1 and all(
-                _is_number(cell) or cell.strip().lower() in _MISSING for cell in cells
-            ):  # fmt: skip
+            if sum(map(_is_number, cells)) > 1 and None not in map(_value, cells):
                 return separator, number
     return None, None
 
@@ -79,16 +80,20 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip().strip('"') for cell in (line.split() if separator is None else line.split(separator))]
 
 
+def _value(cell: str) -> float | None:
+    """The number in a cell, NaN where the cell says that there is none; `None` for text."""
+    if _is_number(cell):
+        return float(cell.replace(",", "."))
+    return np.nan if cell.strip().lower() in _MISSING else None
+
+
 def _is_number(cell: str) -> bool:
     return NUMBER.fullmatch(cell.strip().replace(",", ".", 1)) is not None
 
 
 def _decoded(path: Path) -> str:
     """The text of a file in UTF-8, UTF-16 or the encoding of Windows in the west."""
-    if path.is_dir():
-        raise ValueError(f"path must be a text file of columns; received {path}, which is a directory")
-    if not stat.S_ISREG(path.stat().st_mode):
-        raise ValueError(f"path must be a text file of columns; received {path}, which is not a regular file")
+    require_file(path, "a text file of columns")
     with path.open("rb") as file:
         data = file.read(_MOST_TEXT + 1)
     if len(data) > _MOST_TEXT:

@@ -20,9 +20,9 @@ from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.lab.contact_point import STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.judgement import Judgement, judge
+from bem.lab.fitting.fitted import Fitted, run
 from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of
-from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.fitting.regression import Regression
 from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.search import search
 from bem.lab.models import CONTACT_POINT, LINEAR, MODELS
@@ -90,23 +90,20 @@ def fit(
         if best.model.spans and free is None and "hertz" not in choice.fits:
             choice.fitted("hertz")
         try:
-            result = choice.result(curve, best)
+            return choice.result(curve, best)
         except NoContactError:  # along the whole path, which the search averaged
             if model != AUTO:
                 raise
             del choice.fits["contact"]
-            result = choice.result(curve, choice.best())
+            return choice.result(curve, choice.best())
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
-    return result
 
 
 def _require_options(setup: Setup, model: str, segment: Segment) -> None:
     """Raise a `ValueError` unless `fit` takes these, whatever the curve."""
     if model != AUTO and model not in MODELS:
         raise ValueError(f"model must be auto or one of {', '.join(MODELS)}; received {shown(model)}")
-    if model == "cone" and setup.half_angle is None:
-        raise ValueError("half_angle must be given for a cone; received None")
     if setup.thickness is not None and model in _OFF_A_LAYER:
         raise ValueError(f"thickness must be left out with {model}, of which no formula for a layer is known here")
     if segment not in get_args(Segment):
@@ -114,13 +111,12 @@ def _require_options(setup: Setup, model: str, segment: Segment) -> None:
 
 
 class _Choice:
-    """The models that were fitted to one curve, in this order, and what was judged of them."""
+    """The models that were fitted to one curve, in this order."""
 
     def __init__(self, data: Measurement, free: tuple[str, ...] | None, accuracy: str | float) -> None:
         self.data, self.free, self.accuracy = data, free, accuracy
         self.start = hertz_line(data)
         self.fits: dict[str, Fitted] = {}
-        self.judgements: dict[str, Judgement] = {}
         self.seconds: dict[str, float] = {}
 
     def made(self) -> Fitted:
@@ -146,9 +142,9 @@ class _Choice:
         best = self.best()
         if isinstance(setup.material, PronySeries) and not adheres:
             return self.fitted("ting")
-        if not self._adequate(best) or (self.data.one_way and best.model.name in _TWINS):
+        if not best.judgement.adequate or (self.data.one_way and best.model.name in _TWINS):
             self.fitted("ting")
-        if not self._adequate(self.best()) and adheres and setup.thickness is None:
+        if not self.best().judgement.adequate and adheres and setup.thickness is None:
             with suppress(NoContactError):  # what the solver does not complete is no answer
                 self.fitted("contact")
         return self.best()
@@ -164,20 +160,16 @@ class _Choice:
             names, more = _TWINS, 5.0 * np.log(best.independent) - _HIDDEN
         rivals = [self.fits[name] for name in names if name in self.fits and self.fits[name] is not best]
         least = best.criterion(best)
-        return tuple(rival for rival in rivals if self._adequate(rival) and rival.criterion(best) < least + more)
+        return tuple(rival for rival in rivals if rival.judgement.adequate and rival.criterion(best) < least + more)
 
     def result(self, curve: ForceCurve, best: Fitted) -> FitResult:
         """The result with this fit as the best."""
-        judgement, tried = self.judgements[best.model.name], list(self.fits.values())
-        return dataclasses.replace(result_of(curve, best, judgement, self.alike(best), tried), seconds=self.seconds)
-
-    def _adequate(self, fitted: Fitted) -> bool:
-        return self.judgements[fitted.model.name].adequate
+        return result_of(curve, best, self.alike(best), self.fits, self.seconds)
 
     def best(self) -> Fitted:
         """The adequate model of the lowest criterion so far; where none is adequate, the closest."""
         closest = min(self.fits.values(), key=lambda candidate: candidate.misfit)
-        adequate = [candidate for candidate in self.fits.values() if self._adequate(candidate)]
+        adequate = [candidate for candidate in self.fits.values() if candidate.judgement.adequate]
         if not adequate:
             return closest
         best = min(adequate, key=lambda candidate: candidate.criterion(closest))
@@ -197,8 +189,7 @@ class _Choice:
         if name == "contact":  # the range of adhesion is the equilibrium gap
             setup = setup.replaced(largest_tabor=HIGHEST_TABOR)
             data = dataclasses.replace(data, setup=setup)
-        is_series = isinstance(setup.material, PronySeries)
-        held = ("retardation_time", "modulus_ratio") if is_series and name in ("contact", "ting") else ()
+        held = ("retardation_time", "modulus_ratio") if isinstance(setup.material, PronySeries) else ()
         nonlinear = tuple(key.name for key in (*model.parameters, CONTACT_POINT) if key.name not in held)
         linear, start = data.linear, self._start(model.name) | dict(further or {})
         start = {key: start[key] for key in nonlinear}
@@ -213,9 +204,9 @@ class _Choice:
             problem.options = {"jumps": data.jumps}
             best = search(problem, start, self.accuracy)
         else:
-            best = problem.run(np.zeros(len(nonlinear)))
+            best = run(problem, np.zeros(len(nonlinear)))
         if name not in self.fits or best.misfit < self.fits[name].misfit:
-            self.fits[name], self.judgements[name] = best, judge(best)
+            self.fits[name] = best
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
         return self.fits[name]
 

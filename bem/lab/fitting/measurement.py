@@ -11,14 +11,14 @@ from scipy.fft import idct
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
-from bem._support.validation import FloatArray, finite_number
+from bem._support.validation import FloatArray
 from bem.lab.contact_point import FEWEST, STANDS_OUT, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Path
 from bem.lab.models.contact import Jump
 from bem.lab.segments import Segments, segments_of
 from bem.lab.setup import Setup
-from bem.lab.units import Quantity, to_si
+from bem.lab.units import Quantity
 from bem.methods.closed_forms import jkr
 
 Segment = Literal["both", "approach", "retract"]
@@ -61,9 +61,14 @@ class Measurement(Path):
     """Of the force, into and out of contact."""
 
     @property
+    def range(self) -> float:
+        """Range of the tension, in units of the noise."""
+        return float(np.ptp(self.tension)) / self.noise
+
+    @property
     def exact(self) -> float:
         """Error of a model that counts as none, in units of the noise: below it, no model is better than another."""
-        return _EXACT * float(np.ptp(self.tension)) / self.noise
+        return _EXACT * self.range
 
     @property
     def depth(self) -> FloatArray:
@@ -176,18 +181,10 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
 
 def _bins(time: FloatArray, parts: Segments) -> np.ndarray:
     """First points of the bins that a curve is averaged in: even in each ramp, and short at the beginning of a hold."""
-    count, starts = time.size, [np.zeros(1, dtype=int)]
-    for begin, end, held in (
-        (0, parts.top + 1, False),
-        (parts.top + 1, parts.leaves, parts.held is not None),
-        (max(parts.leaves, parts.top + 1), count, False),
-    ):
-        size = end - begin
-        if size > _MOST:
-            shares = np.linspace(0.0, 1.0, _MOST + 1)[:-1]
-            starts.append(begin + (size * (shares**2 if held else shares)).astype(int))
-        elif size > 0:
-            starts.append(np.arange(begin, end))
+    starts, turn, leaves = [np.zeros(1, dtype=int)], parts.top + 1, max(parts.leaves, parts.top + 1)
+    for begin, end, held in ((0, turn, False), (turn, leaves, parts.held is not None), (leaves, time.size, False)):
+        size, shares = end - begin, np.linspace(0.0, 1.0, _MOST + 1)[:-1] ** (2 if held else 1)
+        starts.append(begin + ((size * shares).astype(int) if size > _MOST else np.arange(size)))
     return np.unique(np.concatenate(starts))
 
 
@@ -249,12 +246,13 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **quantities: Any) -> Se
     Args:
         curve: the measurement.
         radius: of the sphere, in m.
-        known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
+        quantities: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
 
     Raises:
         ValueError: the curve shows no contact, or a quantity is out of range.
     """
-    r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
+    unknown = {"work_of_adhesion": 1.0, "relaxed_modulus": 1.0}
+    r = Setup(**unknown | quantities, radius=radius).radius
     curve = curve.with_sign("tension")
     contact = curve.contact()
     pressed = max(contact.force_offset - float(np.min(curve.force)), 3.0 * contact.noise)

@@ -7,30 +7,19 @@ count.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import orth
 from scipy.ndimage import median_filter
-from scipy.optimize import least_squares
-from scipy.special import stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement, slow_noise
-from bem.lab.models import CONTACT_POINT, Model, Parameter, setup_of
+from bem.lab.fitting.measurement import Measurement
+from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.contact import NoContactError
-from bem.lab.setup import Setup
 
-CONFIDENCE = 0.95
-BLOCKS = 8  # of the depth, on either way
-_SOLVED = 0.0016  # of the range of the force, that a block errs by where the solver gives it
 _ROUGH = 4e-4  # of the range of the force, several times what near simulations differ by beside their change
-_EDGE = 1e-6  # of its unit, within which a parameter is at its bound
-_ROUNDING = 1e-7  # of the largest singular value, below which one is rounding of finite differences
 _CHANGE = 2.0  # of the tension, in units of the noise over all points, by a step of a derivative
 _PASSED = 0.1  # of the noise; a point that changes by so much more than twice what those beside it do falls in a jump
 _BESIDE = 9  # points of which the middle change is that of a point without a jump
@@ -109,7 +98,7 @@ class Regression:
             tension, late = np.split(self.tension(x), [len(self)])
         except NoContactError:
             late = np.ones(sum(jump.out for jump in self.options.get("jumps", ())))
-            far = 1.0 + 2.0 * np.ptp(self.data.tension) / self.data.noise
+            far = 1.0 + 2.0 * self.data.range
             return np.append(far * np.maximum(self.data.weights, 1.0), far * late)
         gone = np.isnan(tension)
         if self.model.spans:
@@ -152,7 +141,7 @@ class Regression:
 
         A corner of the force that moves across a point would else count. What is rough in the solver must stay small.
         """
-        rough = _ROUGH * float(np.ptp(self.data.tension)) / self.data.noise * np.sqrt(len(self))
+        rough = _ROUGH * self.data.range * np.sqrt(len(self))
         change = self.model.difference * np.linalg.norm(jacobian[:, : self.steps.size], axis=0)
         self.steps = self.model.difference / np.maximum(1.0, change / np.hypot(_CHANGE, rough))
 
@@ -163,30 +152,12 @@ class Regression:
         matrix[: len(self)] -= basis @ (basis.T @ matrix[: len(self)])
         return matrix
 
-    def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
-        """Least squares from a point."""
-        low, high = self.bounds
-        limits = {"max_nfev": evaluations, "ftol": closeness, "xtol": closeness, "gtol": 1e-12}
-        x = np.clip(x, low + 1e-9, high - 1e-9)
-        solution = least_squares(self.residuals, x, self.jacobian, bounds=(low, high), **limits)
-        return self.fitted(solution.x, solution.status > 0)
-
-    def fitted(self, x: FloatArray, converged: bool) -> Fitted:
-        """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
+    def turn_tilt(self, x: FloatArray) -> None:
+        """Let the tilt turn about the contact point."""
         if "tilt" in self.linear:
             turned, tilt = self.data.position - self.values(x)["contact_point"], self.linear.index("tilt")
             self.length[tilt] = np.linalg.norm(turned)
             self.columns[:, tilt] = turned / self.length[tilt]
-        self.tension(x)  # raises where there is no contact
-        residuals = self.residuals(x)
-        columns = np.zeros((residuals.size, len(self.linear)))
-        columns[: len(self)] = self.columns * self.length * (self.weights / self.data.noise)[:, None]
-        jacobian = np.column_stack([self.derivatives(x), columns])
-        low, high = self.bounds
-        at_bound = tuple(itertools.compress(self.free, np.minimum(x - low, high - x) < _EDGE))
-        values = self.values(x) | dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
-        counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
-        return Fitted(self, x, values, residuals, jacobian, counted, at_bound, converged, self.inside)
 
     def _solved(self, tension: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
@@ -216,108 +187,3 @@ class Regression:
                 self.weights[max(edge - 1, 0) : edge + 1] *= 0.0 if 0 < edge < len(self) else 1.0
             self._solved(self.data.tension - np.where(self.inside, tension, 0.0))
             outside = self.data.tension - self.columns @ self.coefficients
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """One fitted model, in units of the noise."""
-
-    problem: Regression
-    x: FloatArray
-    values: dict[str, float]
-    """Of all parameters, those that are fixed and the linear ones included, in SI."""
-    residuals: FloatArray
-    jacobian: FloatArray
-    """By the moved parameters, and then the linear ones."""
-    counted: np.ndarray
-    """Which of the residuals count."""
-    at_bound: tuple[str, ...]
-    """Parameters at the end of their range."""
-    converged: bool
-    """Whether the search ended by itself, and not after its last evaluation."""
-    inside: np.ndarray
-    """Which points are in contact, of a model that spans."""
-
-    @property
-    def model(self) -> Model:
-        """Which was fitted."""
-        return self.problem.model
-
-    @property
-    def setup(self) -> Setup:
-        """The setup with the fitted values."""
-        return setup_of(self.values, self.problem.data.setup)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the columns of the Jacobian."""
-        return (*self.problem.free, *self.problem.linear)
-
-    @property
-    def misfit(self) -> float:
-        """Root mean square of the residuals over the noise of the measurement."""
-        return float(np.sqrt(self.residuals @ self.residuals / max(np.count_nonzero(self.counted), 1)))
-
-    @cached_property
-    def basis(self) -> FloatArray:
-        """Orthonormal columns of what the parameters take up of the counted residuals."""
-        columns = self.jacobian[self.counted]
-        return orth(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300), rcond=_ROUNDING)
-
-    @cached_property
-    def slow(self) -> tuple[float, float]:
-        """Variance of the residuals, as large as it would be if they were independent, and its degrees of freedom."""
-        variance, degrees = slow_noise(self.residuals[self.counted], self.basis)
-        # The solver's own error and its bent valleys add to what a few low frequencies tell: there, at least of all.
-        return max(variance, self.misfit**2 if self.model.name == "contact" else 0.0), degrees
-
-    @cached_property
-    def blocks(self) -> np.ndarray:
-        """Which points of the contact lie in which block of depth, on either way, and in which of a hold, (n, m)."""
-        data = self.problem.data
-        depth, number = data.position - self.values["contact_point"], np.arange(data.position.size)
-        pressed = self.counted[: depth.size] & (depth > 0.0)
-        block = np.minimum(depth / depth[pressed].max(initial=1e-300) * BLOCKS, BLOCKS - 1).astype(int)
-        ways = number > data.segments.top, number <= data.segments.top
-        hold = np.array_split(number[data.segments.top : data.segments.leaves + 1], 4)
-        blocks = [pressed & way & (block == depth_block) for way in ways for depth_block in range(BLOCKS)]
-        return np.column_stack([*blocks, *(np.isin(number, quarter) for quarter in hold)])
-
-    @property
-    def independent(self) -> float:
-        """How many independent points the residuals are worth, by the correlation of the baseline."""
-        return max(float(np.count_nonzero(self.counted)) / self.problem.data.correlated, 10.0)
-
-    def criterion(self, judge: Fitted) -> float:
-        """Bayesian information criterion, for noise as strong and as correlated as the residuals of `judge`."""
-        freedoms = len(self.names) + 4 * self.model.spans  # both ends of the contact are chosen, of many places
-        count = judge.independent
-        return float(count * np.log(self.misfit**2 + self.problem.data.exact**2) + freedoms * np.log(count))
-
-    def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
-        """95 % intervals of the parameters by the linearised problem, and their correlations.
-
-        The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
-        """
-        free, names = len(self.x), self.names
-        length = np.linalg.norm(self.jacobian, axis=0)
-        seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
-        normal = self.jacobian[:, seen] / length[seen]
-        values, vectors = np.linalg.eigh(normal.T @ normal)
-        inverse = (vectors / np.maximum(values, 1e-14)) @ vectors.T
-        covariance = self.slow[0] * inverse
-        if self.model.name == "contact":  # the solver's own error is one within a block, and is not averaged there
-            error = _SOLVED * float(np.ptp(self.problem.data.tension)) / self.problem.data.noise * self.problem.weights
-            moved = inverse @ normal[: error.size].T @ (error[:, None] * self.blocks)
-            covariance += moved @ moved.T
-        inner = np.sqrt(np.diag(covariance))
-        spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
-        spread[seen] = float(stdtrit(self.slow[1], 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
-        correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-        low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
-        floor = {name: half.low for name, half in self.problem.parameters.items() if half.scale == "linear"}
-        intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
-        for name, half in zip(names[free:], spread[free:], strict=True):
-            intervals[name] = (self.values[name] - half, self.values[name] + half)
-        rows = zip(names, correlation.tolist(), strict=True)
-        return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -14,9 +13,8 @@ import numpy as np
 from bem._support.text_files import plain
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.judgement import Judgement
+from bem.lab.fitting.fitted import CONFIDENCE, Fitted
 from bem.lab.fitting.measurement import prescribed_path
-from bem.lab.fitting.regression import CONFIDENCE, Fitted
 from bem.lab.models import LINEAR, MODELS, PARAMETERS, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
@@ -70,29 +68,25 @@ class FitResult:
     sentences: tuple[str, ...]
     """In words: what is not determined, what trades off, and why no model is adequate."""
     simulations: int
-    seconds: dict[str, float] = dataclasses.field(default_factory=dict)
+    seconds: dict[str, float]
     """Processor time of each model."""
 
     def summary(self) -> str:
         """What the assumptions forbid, values with intervals, the models tried, and what is not determined."""
         setup, rows = self.setup, [("model", MODELS[self.model].title)]
         for name, value in self.values.items():
-            unit = LINEAR.get(name) or PARAMETERS[name].unit
-            title = name.replace("_", " ") if name in LINEAR else PARAMETERS[name].title
-            title += ", relaxed" if name == "relaxed_modulus" and "modulus_ratio" in self.values else ""
-            low, high = self.intervals[name]
-            text = f"{readable(value, unit):>14}"
-            if name in self.undetermined:
+            title, unit, (low, high) = PARAMETERS[name].title, PARAMETERS[name].unit, self.intervals[name]
+            text, finite = f"{readable(value, unit):>14}", np.isfinite([low, high]).all()
+            if name in self.undetermined or (self.adequate and not finite):
                 text = "not determined"
-            elif np.isfinite([low, high]).all():
+            elif finite:
                 text += f"   95 %: {readable(low, unit)} to {readable(high, unit)}"
-            elif self.adequate:
-                text = "not determined"
-            rows.append((title, text))
+            relaxed = name == "relaxed_modulus" and "modulus_ratio" in self.values
+            rows.append((f"{title}, relaxed" if relaxed else title, text))
             if name == "relaxed_modulus":
-                if "modulus_ratio" in self.values and "modulus_ratio" not in self.undetermined:
+                if relaxed and "modulus_ratio" not in self.undetermined:
                     at_once = value / self.values["modulus_ratio"]
-                    rows.append((f"{PARAMETERS[name].title}, instantaneous", f"{readable(at_once, unit):>14}"))
+                    rows.append((f"{title}, instantaneous", f"{readable(at_once, unit):>14}"))
                 rows.append(("reduced modulus E/(1-nu^2)", f"{readable(setup.contact_modulus, unit):>14}"))
         rows.append(("noise", f"{readable(self.noise, 'N'):>14}   residuals {self.misfit:.3g} times it"))
         if "work_of_adhesion" in self.values:
@@ -104,15 +98,10 @@ class FitResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
-        setup = self.setup
-        units = {name: LINEAR.get(name) or PARAMETERS[name].unit for name in self.values}
         names = "model adequate alike values intervals undetermined moduli correlations noise misfit misfits seconds"
-        fields = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()} | {
-            "units": units,
-            "confidence": CONFIDENCE,
-        }
-        fields |= {"tabor": setup.physical_tabor}
-        return plain(fields | {"notes": self.measured.notes})
+        fields = {name: getattr(self, name) for name in f"{names} warnings sentences simulations".split()}
+        fields |= {"units": {name: PARAMETERS[name].unit for name in self.values}, "confidence": CONFIDENCE}
+        return plain(fields | {"tabor": self.setup.physical_tabor, "notes": self.measured.notes})
 
     def plot(self, path: str | FilePath) -> None:
         """Draw measurement and model against indentation, and residuals against time; the suffix chooses the format."""
@@ -153,25 +142,28 @@ class FitResult:
 
 
 def result_of(
-    curve: ForceCurve, best: Fitted, judgement: Judgement, alike: Sequence[Fitted], tried: Sequence[Fitted]
+    curve: ForceCurve,
+    best: Fitted,
+    alike: Sequence[Fitted],
+    tried: Mapping[str, Fitted],
+    seconds: dict[str, float],
 ) -> FitResult:
     """The result of a choice: of the best model, with the union of its intervals and those of models alike."""
     intervals, correlations = best.intervals()
     loose = tuple(name for name in best.names if _is_loose(best, name, intervals[name]))
-    sentences = list(_sentences(best, correlations, loose, alike, judgement))
+    sentences, judgement = _sentences(best, correlations, loose, alike), best.judgement
     for rival in alike:
         for name, (low, high) in rival.intervals()[0].items():
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
-    if best.model.spans and any(candidate.model.name == "hertz" and judgement.adequate for candidate in tried):
-        hertz = next(candidate for candidate in tried if candidate.model.name == "hertz")
-        if hertz.criterion(best) < best.criterion(best):
-            # The ends of the contact are chosen, which gives a little adhesion in any noise.
-            sentences.insert(0, "Hertz describes the curve as well: the work of adhesion may be zero.")
-            intervals["work_of_adhesion"] = (0.0, intervals["work_of_adhesion"][1])
+    hertz = tried.get("hertz") if best.model.spans and judgement.adequate else None
+    if hertz is not None and hertz.criterion(best) < best.criterion(best):
+        # The ends of the contact are chosen, which gives a little adhesion in any noise.
+        sentences.insert(0, "Hertz describes the curve as well: the work of adhesion may be zero.")
+        intervals["work_of_adhesion"] = (0.0, intervals["work_of_adhesion"][1])
     if not judgement.adequate:
         intervals = dict.fromkeys(intervals, (-np.inf, np.inf))
-    data, counted = best.problem.data, best.problem.weights > 0.0
+    data, counted = best.problem.data, best.problem.data.time[best.problem.weights > 0.0]
     path = Path(curve.time, prescribed_path(curve, data.setup), data.setup)
     tension = _whole_tension(best, path)
     model = ForceCurve(
@@ -181,7 +173,7 @@ def result_of(
         stage=None if path.setup.stiffness is None else path.position,
     )
     values = {name: best.values[name] for name in best.names}
-    for name in {"force_offset", "tilt", "drag", "drift"} & values.keys() if curve.force_sign == "compression" else ():
+    for name in LINEAR.keys() & values.keys() if curve.force_sign == "compression" else ():
         values[name] = -values[name]
         intervals[name] = (-intervals[name][1], -intervals[name][0])
     return FitResult(
@@ -196,19 +188,20 @@ def result_of(
         curve=model.with_sign(curve.force_sign),
         measured=curve,
         setup=best.setup,
-        noise=float(1.4826 * np.median(np.abs((tension - curve.tension)[_counted(curve, data.time[counted])]))),
+        noise=float(1.4826 * np.median(np.abs((tension - curve.tension)[_within(curve.time, counted)]))),
         misfit=best.misfit,
         alike=tuple(rival.model.name for rival in alike),
-        misfits={candidate.model.name: candidate.misfit for candidate in tried},
+        misfits={name: candidate.misfit for name, candidate in tried.items()},
         warnings=tuple(_warnings(best)),
         sentences=tuple(sentences),
-        simulations=sum(candidate.problem.evaluations for candidate in tried if candidate.model.name == "contact"),
+        simulations=tried["contact"].problem.evaluations if "contact" in tried else 0,
+        seconds=seconds,
     )
 
 
-def _counted(curve: ForceCurve, instants: FloatArray) -> np.ndarray:
-    """Points of a curve between the first and the last of the instants that count."""
-    return (curve.time >= instants[0]) & (curve.time <= instants[-1])
+def _within(time: FloatArray, instants: FloatArray) -> np.ndarray:
+    """Which instants lie between the first and the last of others."""
+    return (time >= instants[0]) & (time <= instants[-1]) if instants.size else np.zeros(time.size, dtype=bool)
 
 
 def _whole_tension(best: Fitted, path: Path) -> FloatArray:
@@ -217,9 +210,7 @@ def _whole_tension(best: Fitted, path: Path) -> FloatArray:
     options = {name: value for name, value in problem.options.items() if name == "accuracy"}
     tension = best.model.tension(best.values, path, **options)
     if best.model.spans:
-        inside = data.time[best.inside]
-        begin, end = (inside[0], inside[-1]) if inside.size else (np.inf, np.inf)
-        tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
+        tension = np.where(_within(path.time, data.time[problem.inside]), tension, 0.0)
     linear = sum((data.columns[name] * best.values[name] for name in problem.linear), np.zeros(data.time.size))
     if "tilt" in problem.linear:  # it turns about the contact point
         linear += best.values["tilt"] * (data.position[data.first] - best.values["contact_point"])
@@ -273,11 +264,10 @@ def _sentences(
     correlations: dict[str, dict[str, float]],
     loose: Sequence[str],
     alike: Sequence[Fitted],
-    judgement: Judgement,
 ) -> list[str]:
     """Why no model is adequate, what the curve leaves open and what trades off."""
-    name, texts = best.model.name, []
-    titles = {key: PARAMETERS[key].title if key in PARAMETERS else key.replace("_", " ") for key in best.names}
+    name, texts, judgement = best.model.name, [], best.judgement
+    titles = {key: PARAMETERS[key].title for key in best.names}
     texts.append(f"Segments: {best.problem.data.segments.sentence(best.problem.data.time)}.")
     if not judgement.adequate:
         texts.append(f"No model is adequate, so that no interval holds. {' '.join(judgement.reasons)}")

@@ -7,6 +7,7 @@ until it has met the lowest misfit twice.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -14,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.fitting.fitted import Fitted, fitted_at, run
+from bem.lab.fitting.regression import Regression
 from bem.lab.models.contact import NoContactError
 
 _TIMES, _RATIOS = (0.005, 0.03, 0.15, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
@@ -41,14 +43,13 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
     failure = NoContactError("the solver completes no contact")
     for x in points[:_TRIED]:
         try:
-            runs.append(problem.run(x, _SHORT, _CLOSENESS))
+            runs.append(run(problem, x, _SHORT, _CLOSENESS))
         except NoContactError as error:
             failure = error
             continue
         runs.sort(key=lambda run: run.misfit)
-        if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
-            break
-        if budget[0] < _KEPT * _WORK:
+        met_twice = len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit
+        if met_twice or budget[0] < _KEPT * _WORK:
             break
     if not runs:
         raise failure
@@ -59,7 +60,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
         best, reached = _last(problem, best.x), accuracy
     problem.options |= {"accuracy": reached, "budget": None}
     # A run that spends the budget has no derivatives where it ends.
-    return problem.fitted(best.x, best.converged and budget[0] >= 0.0)
+    return fitted_at(problem, best.x, best.converged and budget[0] >= 0.0)
 
 
 def _last(problem: Regression, x: FloatArray) -> Fitted:
@@ -67,7 +68,7 @@ def _last(problem: Regression, x: FloatArray) -> Fitted:
 
     The solver's own error makes the bottom of a valley uneven, so that a run may end on its way.
     """
-    fitted = problem.run(x, _LONG, _CLOSENESS)
+    fitted = run(problem, x, _LONG, _CLOSENESS)
     step = np.linalg.lstsq(problem.jacobian(fitted.x), -problem.residuals(fitted.x), rcond=1e-9)[0]
     points = [np.clip(fitted.x + factor * step, *problem.bounds) for factor in _FARTHER]
     least = min(float(np.sum(problem.residuals(point) ** 2)) for point in points)
@@ -79,15 +80,12 @@ def _starts(start: Mapping[str, float], free: set[str], duration: float) -> list
 
     An approach shows a stiffer solid than the relaxed one.
     """
-    starts = [dict(start)]
+    memories: list[dict[str, float]] = [{}]
     if {"retardation_time", "modulus_ratio"} <= free:
-        starts = [
-            start | {"retardation_time": share * duration, "modulus_ratio": ratio}
+        memories = [
+            {"retardation_time": share * duration, "modulus_ratio": ratio}
             | {"relaxed_modulus": start["relaxed_modulus"] * ratio**0.25}
-            for start in starts for ratio in _RATIOS for share in _TIMES
-        ]  # fmt: skip
-    if "work_of_adhesion" in free:
-        starts = [
-            start | {"work_of_adhesion": start["work_of_adhesion"] * share} for start in starts for share in _ADHESIONS
+            for ratio, share in itertools.product(_RATIOS, _TIMES)
         ]
-    return starts
+    works = [start["work_of_adhesion"] * share for share in (_ADHESIONS if "work_of_adhesion" in free else (1.0,))]
+    return [{**start, **memory, "work_of_adhesion": work} for memory, work in itertools.product(memories, works)]

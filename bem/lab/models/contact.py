@@ -127,7 +127,7 @@ def tension(
 
 
 def _passage(trajectory: Trajectory, level: float, falls: bool, measured: float) -> float:
-    """Instant nearest to `meant` at which the tension passes a level downwards, or upwards; NaN for none."""
+    """Instant nearest to `measured` at which the tension passes a level downwards, or upwards; NaN for none."""
     above = trajectory.force > level
     passed = np.flatnonzero((above[1:] != above[:-1]) & (above[:-1] == falls))
     if passed.size == 0:

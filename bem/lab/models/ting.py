@@ -13,9 +13,8 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.lab.models.hertz import pressing
-from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, reduced_modulus
-from bem.materials_library import relaxation_spectrum
-from bem.problem.materials import PronySeries
+from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Path, Values, setup_of
+from bem.problem.materials import relaxation_spectrum
 
 _ELEMENTS = 100
 
@@ -27,8 +26,10 @@ def tension(values: Values, path: Path) -> FloatArray:
     half_width = np.gradient(force, depth) / 2.0
     elements = (np.arange(_ELEMENTS) + 0.5) * half_width[-1] / _ELEMENTS
     profile, width = np.interp(elements, half_width, depth), 2.0 * half_width[-1] / _ELEMENTS
-    relaxed, strengths, times = _relaxation(values, path)
-    return -pressed(path.time, apart, profile, width, relaxed, strengths, times, path.compliance)
+    setup = setup_of(values, path.setup)
+    moduli, times = relaxation_spectrum(setup.material)
+    terms = setup.contact_modulus * moduli, setup.time_scale * times
+    return -pressed(path.time, apart, profile, width, setup.contact_modulus, *terms, path.compliance)
 
 
 @kernel
@@ -96,20 +97,6 @@ def pressed(
             for j in range(times.size):
                 memory[i, j] = decay[j] * memory[i, j] + gain[j] * moved
     return force
-
-
-def _relaxation(values: Values, path: Path) -> tuple[float, FloatArray, FloatArray]:
-    """Reduced modulus after all relaxation (Pa), and the terms beside it: strengths (Pa) and times (s).
-
-    A standard linear solid has one, whose relaxation time is modulus ratio times retardation time; a known series its
-    own.
-    """
-    relaxed, material = reduced_modulus(values, path.setup), path.setup.material
-    if isinstance(material, PronySeries):
-        moduli, times = relaxation_spectrum(material)
-        return relaxed, relaxed * moduli, times * path.setup.time_scale
-    ratio = values["modulus_ratio"]
-    return relaxed, np.array([relaxed * (1.0 / ratio - 1.0)]), np.array([ratio * values["retardation_time"]])
 
 
 MODEL = Model(

@@ -85,6 +85,7 @@ def failed(arguments, monkeypatch, capsys):
 OPTIONS = {
     "simulate": CONTACT | CYCLE | SOLID | {"csv": "a.csv"},
     "fit curve.csv": {"radius": "50e-6", "out": "fit.json", "plot": "fit.png"},
+    "fit stage.csv": {"out": "fit.json"},
     "campaign": {"count": "3", "out": "-"},
     "merge a.h5": {"out": "-"},
 }
@@ -117,7 +118,11 @@ OPTIONS = {
             *("fit curve.csv", {"material": "sylgard_184", "retardation_time": "1s"}),
             "must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
         ),
-        ("fit curve.csv", {"radius": "0"}, "radius must be a finite number greater than 0"),
+        (
+            *("fit stage.csv", {"radius": "-1", "poisson_ratio": "2"}),
+            "(stiffness, in N/m; --stiffness) must be given, to turn displacement into indentation; received none for "
+            "stage.csv; --radius must be a finite number greater than 0; received -1.0; --poisson-ratio must be",
+        ),
         ("fit curve.csv", {"range": "1um"}, "options must be those that --help lists; received --range"),
     ],
 )
@@ -126,11 +131,13 @@ def test_mistake_writes_nothing(tmp_path, monkeypatch, capsys, command, changes,
     time = np.linspace(0.0, 1.0, 60)
     noise = 1e-9 * np.random.default_rng(0).standard_normal(60)
     ForceCurve(time=time, indentation=np.minimum(time, 1.0 - time), force=noise).write("curve.csv")
+    text = (tmp_path / "curve.csv").read_text().replace("indentation", "displacement")
+    (tmp_path / "stage.csv").write_text(text)
     arguments = [*command.split(), *options(OPTIONS[command] | changes)]
     code, error = failed(arguments, monkeypatch, capsys)
     assert code == (1 if "did not complete" in message else 2)
     assert message in error
-    assert list(tmp_path.iterdir()) == [tmp_path / "curve.csv"]
+    assert {path.name for path in tmp_path.iterdir()} == {"curve.csv", "stage.csv"}
 
 
 def test_fit_writes_its_json_and_its_picture(tmp_path):

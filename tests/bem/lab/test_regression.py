@@ -11,6 +11,7 @@ from bem import simulate, simulation
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.contact_point import find_contact, noise_of
 from bem.lab.fitting import regression, search
+from bem.lab.fitting.fitted import run
 from bem.lab.fitting.measurement import hertz_line, measurement_of, slow_noise
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import MODELS
@@ -33,7 +34,7 @@ def fitted():
 
 def fitted_by(model, data, **further):
     start = hertz_line(data) | further
-    return Regression(MODELS[model], data, start, tuple(start)).run(np.zeros(len(start)))
+    return run(Regression(MODELS[model], data, start, tuple(start)), np.zeros(len(start)))
 
 
 def test_baseline_noise_and_contact_point_are_found(curve):
