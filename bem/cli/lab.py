@@ -11,7 +11,6 @@ import typer
 
 from bem._support.command_line import Commands, one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, default_picture, require_suffix
-from bem._support.validation import collected
 from bem._support.wording import plain_table, shown
 from bem.cli import arguments
 from bem.cli.arguments import (
@@ -214,6 +213,7 @@ def fit(
 
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
+    from bem._support.validation import collected
     from bem.lab.curve import ForceCurve
     from bem.lab.fitting import fit as run
     from bem.lab.fitting import guess_setup
