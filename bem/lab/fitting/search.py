@@ -24,6 +24,7 @@ _ADHESIONS = (0.8, 0.4, 0.15)  # of the elastic work of adhesion: an edge that r
 _SHORT, _LONG, _TRIED = 6, 20, 5  # evaluations of a run from a start and of one that ends, and starts that are run
 _FARTHER = 4.0, 8.0  # times the last step, at which the misfit of a run that has ended is no lower
 _TWICE = 1.002  # times the misfit, up to which two runs have met the same
+_ACCURACY = 0.016  # of the runs before the last: a draft takes so few steps that valleys look rough
 _CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
 _WORK = 1.2e11  # multiplications and additions of a search, some eight seconds
 _KEPT = 0.35  # of them, for the last run
@@ -36,7 +37,7 @@ def search(problem: Regression, start: Mapping[str, float], accuracy: str | floa
         NoContactError: the solver completes no contact from any of them.
     """
     budget = [_WORK]
-    problem.options |= {"accuracy": "draft", "budget": budget}
+    problem.options |= {"accuracy": _ACCURACY, "budget": budget}
     starts = _starts(start, set(problem.free), problem.data.duration)
     points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
     runs: list[Fitted] = []
