@@ -15,7 +15,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PICTURES = ROOT / "docs/images"
 RULE = (ROOT / "Makefile").read_text(encoding="utf-8").replace("\\\n\t\t", "").partition("\nreadme-pictures:")[2]
 PLOTS = re.findall(r"\$\(VENV\)/bin/(\w+) (.*--plot) docs/images/(\S+)", RULE.partition("\n\n")[0])
-DRAWN = [plot for plot in PLOTS if not plot[1].startswith("fit")]  # a search that is cut ends elsewhere on each processor
+# A search that is cut ends elsewhere on another processor.
+DRAWN = [plot for plot in PLOTS if not plot[1].startswith("fit")]
 SOLVER_README = (ROOT / "bem/README.md").read_text(encoding="utf-8")
 
 
