@@ -195,7 +195,7 @@ def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, mo
     monkeypatch.setattr(regression, "_REMEMBERED", 8)
     best = search.search(problem, start, "standard")
     assert not best.converged
-    assert evaluations > 4.0 or problem.options["accuracy"] == "draft"  # what is finer was not paid for
+    assert evaluations > 4.0 or problem.options["accuracy"] == search._ACCURACY  # what is finer was not paid for
     assert all(np.isfinite(ends).all() for ends in best.intervals()[0].values())
 
 
