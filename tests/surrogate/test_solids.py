@@ -227,6 +227,14 @@ def test_other_contacts_are_refused(model, scene, protocol, message):
         model.predict(scene, protocol)
 
 
+def test_damaged_file_is_refused(folder, tmp_path):
+    for name in ("run.json", "stages.npz"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "stages.npz").write_bytes((folder / "stages.npz").read_bytes()[:-1] + b"x")
+    with pytest.raises(ValueError, match="which is damaged or another file"):
+        SolidSurrogate.load(tmp_path)
+
+
 def test_ends_are_the_outermost_fifths(data, monkeypatch):
     from surrogate.training.solid_judgement import ends
 
