@@ -217,18 +217,18 @@ def _budget(most_work: float | None, target: Accuracy) -> float:
 
 
 def _as_crack(
-    scene: Scene, path: Path, asked: Accuracy, target: float, glassy: bool, budget: float
+    scene: Scene, path: Path, target: Accuracy, largest: float, glassy: bool, budget: float
 ) -> Trajectory | None:
     """The trajectory of a contact with a sharp edge, of its expected error; None where there is no answer.
 
-    Steps and nodes are finer where that brings the error below `target`.
+    Steps and nodes are finer where that brings the error to `largest` or below.
     """
     load_kernels("sharp crack")
     started = time.perf_counter()
     try:
-        for fineness in _FINENESS[asked.target < NAMED_TARGETS["draft"] :]:
+        for fineness in _FINENESS[target.target < NAMED_TARGETS["draft"] :]:
             result, error = march_crack(scene, path, glassy=glassy, most_work=budget, fineness=fineness)
-            if not target < error < target + STEP_ERROR * (1.0 / fineness - 1.0 / _FINENESS[-1]):
+            if not largest < error < largest + STEP_ERROR * (1.0 / fineness - 1.0 / _FINENESS[-1]):
                 break
     except ZoneError:
         return None

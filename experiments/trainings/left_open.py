@@ -57,16 +57,16 @@ def study_threshold(dataset: Dataset, models: Models, *, work: Work = WORK / "th
         for name in progress(paper_names(), "models")
     ]
     true, *scaled = in_units(THRESHOLD, data.force[split.train], reference, own, *forces)
-    mse, *rest = (float(((values - true) ** 2).mean()) for values in scaled)
-    others = dict(zip(paper_names(), rest, strict=True))
+    mse, *errors = (float(((values - true) ** 2).mean()) for values in scaled)
+    by_model = dict(zip(paper_names(), errors, strict=True))
     return {
         "threshold": THRESHOLD,
         "mse": mse,
         **medians(physical_errors(own, reference, *grid, FIRST_UNLOADING)),
         **{name: model[name] for name in ("epochs", "hours", "backend")},
-        "in_the_unit_1": others,
-        "best": min(others, key=others.__getitem__),
-        "rank": 1 + sum(error < mse for error in others.values()),
+        "in_the_unit_1": by_model,
+        "best": min(by_model, key=by_model.__getitem__),
+        "rank": 1 + sum(error < mse for error in errors),
     }
 
 

@@ -85,6 +85,12 @@ def test_a_bead_is_a_sharp_crack(accuracy):
     assert 1.5 < trajectory.pull_off_force < 15.0
 
 
+def test_a_draft_of_a_sharp_crack_takes_fewer_steps():
+    draft, standard = (simulate(BEAD, CYCLE, name) for name in ("draft", "standard"))
+    assert draft.stats.steps < 0.8 * standard.stats.steps
+    assert draft.pull_off_force == pytest.approx(standard.pull_off_force, rel=draft.accuracy)
+
+
 def test_accuracy_that_holds_is_said():
     trajectory = simulate(BEAD, CYCLE, 2e-4)
     assert trajectory.completed
